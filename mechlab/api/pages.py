@@ -56,13 +56,14 @@ def recording_page(recording: Recording) -> str:
 
 def still_story(d: Design) -> Story:
     """A mechanism that stands still, in its richest fidelity."""
-    return mechanism_story(d.drawn(), d.entry.title, _facts(d))
+    return replace(mechanism_story(d.drawn(), d.entry.title, _facts(d)), summary=d.entry.summary)
 
 
 def explored_story(d: Design) -> Story:
     """A mechanism whose drives can be moved in the page."""
     rates = chosen_scene(d).initial_rates
-    return exploration_story(d.mechanism(list(d.entry.fidelities)[-1]), d.entry.title, _facts(d), rates, _reach(d))
+    made = exploration_story(d.mechanism(list(d.entry.fidelities)[-1]), d.entry.title, _facts(d), rates, _reach(d))
+    return replace(made, summary=d.entry.summary)
 
 
 def _reach(d: Design) -> BorderSurface | None:
@@ -90,7 +91,7 @@ def at_fidelity(d: Design, fidelity: str | None) -> Design:
 def run_story(recording: Recording, rebuild: bool = True) -> Story:
     """A run, drawn in the richest fidelity where its entry can rebuild that from it; without `rebuild` in its own."""
     drawn, title, facts = None, "", {"scene": recording.scene, "fidelity": recording.fidelity}
-    plots: tuple[PlotRecipe, ...] = ()
+    summary, plots = "", tuple[PlotRecipe, ...]()
     s = recording.settings
     facts |= {"engine": f"{s.engine}, {s.integrator}, step {s.timestep:g} s"}
     if recording.acts:
@@ -98,12 +99,12 @@ def run_story(recording: Recording, rebuild: bool = True) -> Story:
     if recording.name in catalog.NAMES:
         entry = catalog.entry(recording.name)
         d = design(entry, {k: v for k, v in recording.parameters.items() if v is not None})
-        title, plots = entry.title, entry.plots
+        title, summary, plots = entry.title, entry.summary, entry.plots
         facts |= _facts(d)
         if rebuild and entry.expand is not None:
             drawn = partial(entry.expand, d.parameters)
     channels = tuple(n for n in recording.channels if n.startswith("error_"))
-    story = recording_story(recording, drawn, title=title, facts=facts, channels=channels, plots=plots)
+    story = recording_story(recording, drawn, title, summary, facts=facts, channels=channels, plots=plots)
     if not story.reconstructed:
         return story
     told = f"{recording.fidelity}; drawn with all parts, {len(story.reconstructed)} of them rebuilt from the run"

@@ -18,6 +18,7 @@ from typing import Any
 
 from mechlab.experiment.laws import DcMotor, Law, Servo
 from mechlab.experiment.motion import Hold
+from mechlab.experiment.recording import force_unit
 from mechlab.experiment.scene import Scene
 from mechlab.mechanism.length_unit import is_length
 from mechlab.mechanism.model import Mechanism
@@ -38,7 +39,7 @@ def law_text(mechanism: Mechanism, laws: Sequence[Law]) -> str:
     law: Any = laws[0]
     on = rounded([name for x in laws for name in x.targets()])
     length, word = ("m", "force") if is_length(mechanism, law.targets()[0]) else ("rad", "torque")
-    unit = "N" if length == "m" else "N m"
+    unit = force_unit(length)
     many = "s" if len(laws) > 1 else ""
     match law.kind:
         case "servo":

@@ -47,7 +47,7 @@ def with_laws(design: Design, scene: str | None, laws: Laws = (), commands: Comm
         before = recipe.make(p, fidelity)
         if fidelity == "kinematic":
             raise MechlabError(f"{design.name}: fidelity 'kinematic' is closed form only; laws act on a mechanism.")
-        m = design.entry.build(p, fidelity)
+        m = design.entry.build(p, fidelity) if before.file is None else before.file.mechanism
         for law in own:
             if isinstance(law, Constant) and law.on in m.scalar_names:
                 in_unit(f"{m.name}: law on {law.on}", law.value, *mechanism_units(m)[f"{law.on}_force"])

@@ -10,7 +10,7 @@ from mechlab.experiment.parameters import describe
 from mechlab.experiment.question import Question
 from mechlab.lab.design import Design, initial_keys
 from mechlab.lab.gear_trains.train import train_mechanism
-from mechlab.mechanism.report import Rows, body_rows, closing_rows, freedom_sentences
+from mechlab.mechanism.report import Rows, freedom_sentences, part_tables
 from mechlab.mechanism.structure import structure
 from mechlab.results import Shown
 from mechlab.tables import counted
@@ -78,11 +78,7 @@ def describe_design(design: Design, fidelity: str | None = None) -> Description:
         found = structure(m)
         sentences.append(f"Fidelity {level}: {counted(len(m.bodies), 'body', 'bodies')}, {found.sentence}.")
         sentences += freedom_sentences(found)
-        tables["Bodies"] = body_rows(m)
-        if m.loops or m.relations or m.shafts:
-            tables["Loops, relations, shafts"] = closing_rows(m)
-        if found.redundant:
-            tables["Redundant rows"] = (("row",), tuple((r.sentence,) for r in found.redundant))
+        tables |= part_tables(m, found)
         data["structure"] = {
             "bodies": len(m.bodies), "nq": m.nq, "nv": m.nv, "rows": found.rows, "rank": found.rank, "freedoms": found.freedoms,
             "mobility": found.mobility, "idle": found.idle, "independent": found.independent, "driven": found.driven,

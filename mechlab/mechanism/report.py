@@ -80,9 +80,14 @@ def _sheet(m: Mechanism) -> tuple[list[str], dict[str, Rows]]:
     found = structure(m)
     sentences = [m.summary] if m.summary else []
     sentences.append(f"{counted(len(m.bodies), 'body', 'bodies')}, {m.total_mass:.4g} kg, {found.sentence}.")
+    return [*sentences, *freedom_sentences(found)], part_tables(m, found)
+
+
+def part_tables(m: Mechanism, found: Structure) -> dict[str, Rows]:
+    """Tables of the parts: bodies; loops, relations, shafts; redundant rows."""
     tables = {"Bodies": body_rows(m)}
     if m.loops or m.relations or m.shafts:
         tables["Loops, relations, shafts"] = closing_rows(m)
     if found.redundant:
         tables["Redundant rows"] = (("row",), tuple((r.sentence,) for r in found.redundant))
-    return [*sentences, *freedom_sentences(found)], tables
+    return tables

@@ -1,4 +1,4 @@
-"""What is drawn besides the parts: joint axes, names; and how well the page can show the motion."""
+"""What is drawn besides the parts: joint axes, names."""
 
 from __future__ import annotations
 
@@ -77,30 +77,3 @@ def body_corners(parts: Sequence[Part], names: Sequence[str]) -> dict[int, Array
             points = np.concatenate(own)
             found[k] = np.array(list(itertools.product(*zip(points.min(axis=0), points.max(axis=0), strict=True))))
     return found
-
-
-def playback_error(poses: Array, names: Sequence[str], parts: Sequence[Part]) -> float:
-    """Largest error [m] of a point of a part in the middle between two frames of poses (n, nb, 4, 4).
-
-    The page moves positions linearly and turns along the shortest arc. The error of this over two frames is known at
-    the frame between them; over one frame it is a quarter of that (second order).
-    """
-    worst = 0.0
-    for k, corners in body_corners(parts, names).items():
-        if len(poses) < 3 or np.all(poses[:, k] == poses[0, k]):
-            continue
-        q = quaternions(poses[:, k, :3, :3])
-        q[1:] *= np.cumprod(np.where(np.einsum("ij,ij->i", q[1:], q[:-1]) < 0, -1.0, 1.0))[:, None]
-        middle = q[:-2] + q[2:]
-        turned = _rotate(middle / np.linalg.norm(middle, axis=1, keepdims=True), corners)
-        seen = turned + 0.5 * (poses[:-2, k, None, :3, 3] + poses[2:, k, None, :3, 3])
-        true = np.einsum("nij,cj->nci", poses[1:-1, k, :3, :3], corners) + poses[1:-1, k, None, :3, 3]
-        worst = max(worst, float(np.linalg.norm(seen - true, axis=-1).max()) / 4.0)
-    return worst
-
-
-def _rotate(q: Array, points: Array) -> Array:
-    """(n, c, 3): points (c, 3) turned by unit quaternions (n, 4), x y z w."""
-    axis, w = q[:, None, :3], q[:, None, 3:]
-    twice = 2.0 * np.cross(axis, points[None])
-    return np.asarray(points[None] + w * twice + np.cross(axis, twice), dtype=np.float64)

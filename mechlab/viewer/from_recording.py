@@ -88,7 +88,6 @@ def recording_story(
     story = motion_story(
         mechanism, recording.t[keep], q[keep], title or recording.name or mechanism.name, summary or mechanism.summary,
         facts=facts, health=recording.health, plots=chosen_plots(recording, keep, plots, channels), reconstructed=rebuilt,
-        recorded=len(recording.t),
     )  # fmt: skip
     drawn_arrows = arrows(recording, keep, mechanism, q[keep], story.parts)
     story = replace(story, channels=recorded_channels(recording), arrows=drawn_arrows)
@@ -111,9 +110,8 @@ def motion_story(
     health: Health | None = None,
     plots: Sequence[Plot] = (),
     reconstructed: tuple[str, ...] = (),
-    recorded: int | None = None,
 ) -> Story:
-    """A Story from coordinates q (n, nq) at times t (n,); `recorded`: how many samples the run had."""
+    """A Story from coordinates q (n, nq) at times t (n,)."""
     names, poses, parts, owners = scene_of(mechanism, q)
     traces = {}
     if len(t) > 1 and mechanism.frames:
@@ -130,7 +128,6 @@ def motion_story(
         ghost=placed(mechanism, mechanism.reference()[None])[1] if len(t) > 1 else None, ghost_name="reference pose",
         tooth_rate=annotate.tooth_rate(owners, names, annotate.turning_rates(poses, t)),
         floors=floors_of(names, poses, owners), model=mechanism,
-        playback=_playback(annotate.playback_error(poses, names, parts), len(t), recorded or len(t)),
     )  # fmt: skip
 
 
@@ -145,17 +142,6 @@ def exploration_story(
     still = mechanism_story(mechanism, title, facts)
     size = 2.0 * frame_story(still).radius
     return replace(still, explore=explore(mechanism, lambda q: placed(mechanism, q)[1], size, rates, reach))
-
-
-def _playback(error: float, shown: int, recorded: int) -> str:
-    """Sentence on how many times are shown, and on the error [m] of the picture between them."""
-    if shown < 3:
-        return ""
-    of = "" if shown == recorded else f" of the {recorded}"
-    return (
-        f"Shows {shown}{of} recorded times exactly; between them it interpolates and is off by at most "
-        f"about {error * 1e3:.2g} mm."
-    )
 
 
 def _said(knots: Knots) -> str:

@@ -31,7 +31,7 @@ from tornado import httpserver, web, websocket
 from mechlab.errors import EngineMissing, MechlabError
 from mechlab.viewer.html_page import packed_story, page_of
 from mechlab.viewer.pack import quaternions
-from mechlab.viewer.story import Story
+from mechlab.viewer.story import Story, frozen
 
 _STARTUP_SECONDS = 10.0
 _LARGEST_MESSAGE = 65536  # bytes that a browser may send at once
@@ -128,9 +128,9 @@ class Server:
         """The parameters that the page can change."""
         return self._shown.controls
 
-    def update(self, poses: ArrayLike) -> None:
+    def update(self, poses: ArrayLike, q: ArrayLike | None = None) -> None:
         """Shows `poses`, (len(bodies), 4, 4) in the order of `story.bodies`, in every browser, also in those
-        that come later.
+        that come later. q: coordinates (nq,) of the story's model there, from which a part is then moved by hand.
 
         Raises MechlabError for a wrong shape or numbers that are not finite, and after `close`.
         """
@@ -144,12 +144,15 @@ class Server:
             )
         if not np.all(np.isfinite(matrices)):
             raise MechlabError("poses: every number must be finite.")
+        model = shown.story.model
+        coordinates = None if q is None or model is None else frozen(q, "q", (model.nq,)).tolist()
         message = json.dumps(
             {
                 "type": "poses",
                 "number": shown.number,
                 "position": matrices[:, :3, 3].tolist(),
                 "quaternion": quaternions(matrices[:, :3, :3]).tolist(),
+                "q": coordinates,
             }
         )
 

@@ -137,7 +137,8 @@ def stream(
         if names != server.story.bodies:
             server.show(mechanism_story(mechanism, design.entry.title))
             return
-        server.update(poses[0])
+        own = server.story.model
+        server.update(poses[0], q[0] if own is not None and own.nq == mechanism.nq else None)
 
     def work() -> None:
         watch = Watch(see, speed, over)

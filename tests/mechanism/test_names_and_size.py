@@ -98,6 +98,12 @@ def test_a_parameter_called_as_a_joint_is_refused():
     with pytest.raises(MechlabError, match="would mean the parameter 'q' and the value of joint 'q'"):
         ml.load(arm).mechanism()
 
+    def two_arms(p: float = 1.0, q: float = 1.0) -> ml.Mechanism:
+        return Builder("arm").bar("upper", revolute("q"), q).bar("lower", revolute("p"), p, parent="upper").build()
+
+    with pytest.raises(MechlabError, match="q=.* value of joint 'q'; p=.* value of joint 'p': give one of each another name"):
+        ml.load(two_arms).mechanism()
+
 
 def test_a_site_of_a_file_that_would_collide_gets_another_name():
     text = """<mujoco><worldbody><body name="b"><joint name="tip_x" type="hinge" axis="0 1 0"/><geom size=".1" mass="1"/>

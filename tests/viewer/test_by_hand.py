@@ -6,6 +6,7 @@ Poses are compared with Pinocchio's closure at the values that the page shows, o
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,9 @@ from mechlab.analytic.fourbar import solve
 from mechlab.engines.pinocchio.inverse import assemble
 from mechlab.mechanism import Builder, Inertia, Mechanism, prismatic, shape, spherical
 from mechlab.mechanism.geometry import Array
-from mechlab.viewer import Story, write_page
+from mechlab.viewer import Part, Story, write_page
 from mechlab.viewer.from_recording import placed
+from tests.viewer.conftest import box
 
 pytestmark = pytest.mark.browser
 
@@ -196,7 +198,8 @@ def test_a_locked_drive_holds_while_a_part_is_pulled(opened: Callable[..., Any])
         page.get_by_role("button", name=f"Lock {name}").click()
     drag(page, page.evaluate(MIDDLE, "platform"), (25.0, 15.0), drop=False)
     assert page.evaluate("lab.explorer.values") == pytest.approx(values, abs=1e-9)
-    assert page.locator("#hand .state.warning strong").inner_text() != ""
+    said = page.locator("#hand .state.warning strong").inner_text()
+    assert all(name in said for name in names) and "locked" in said
     page.mouse.up()
 
 
@@ -307,6 +310,32 @@ def test_two_fingers_move_a_part_in_depth(opened: Callable[..., Any]) -> None:
     assert page.evaluate("lab.explorer.grabber.held") is None
     assert page.evaluate("lab.viewer.controls.enabled") is True
     assert page.evaluate(CAMERA) == camera
+
+
+def test_shift_moves_a_part_in_depth_and_a_veil_is_grabbed_through(opened: Callable[..., Any]) -> None:
+    """With shift the mouse moves the target along the line of sight only; something see-through that stands still is no obstacle."""
+    story = api.explore(telescope)
+    size, still = np.array([0.6, 0.6, 0.6]), "ground"
+    veil = Part(still, "veil", *box(*size), color=(0.2, 0.4, 0.8, 0.4))
+    page = opened(replace(story, parts=(*story.parts, veil)))
+    x, y = page.evaluate(MIDDLE, "tube")
+    assert page.evaluate("([x, y]) => lab.inspector.picker.hit(x, y).part", [x, y]) == "veil"
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 10, y, steps=2)
+    across = np.array(page.evaluate(HELD)[1])
+    page.keyboard.down("Shift")
+    page.mouse.move(x + 10, y - 25, steps=2)
+    deep = np.array(page.evaluate(HELD)[1])
+    seen = [page.evaluate("p => lab.onScreen(p)", p.tolist()) for p in (across, deep)]
+    np.testing.assert_allclose(seen[0], seen[1], atol=1e-6)
+    assert np.linalg.norm(deep - across) > 0.01
+    assert page.evaluate("lab.explorer.report.miss") < 1e-9
+    page.keyboard.up("Shift")
+    page.mouse.move(x + 20, y - 25, steps=2)
+    after = page.evaluate("p => lab.onScreen(p)", page.evaluate(HELD)[1])
+    np.testing.assert_allclose(after, [seen[1][0] + 10, seen[1][1]], atol=1e-6)
+    page.mouse.up()
 
 
 def test_a_recorded_pose_is_moved_on_by_hand(opened: Callable[..., Any]) -> None:

@@ -15,8 +15,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from mechlab.api import load
 from mechlab.errors import MechlabError
+from mechlab.mechanism.assembly import close
 from mechlab.viewer import Story, from_poses
+from mechlab.viewer.from_recording import mechanism_story, placed
 from mechlab.viewer.live import Control, Server, serve
 
 
@@ -55,6 +58,20 @@ def test_a_foreign_name_is_refused(server: Server) -> None:
     assert status(server, ours, "/live", Origin="http://evil.example", **upgrade) == 403
     assert status(server, ours, "/live", Origin=f"http://{ours}", **upgrade) == 101
     assert status(server, ours, "/../etc/passwd") == 404
+
+
+@pytest.mark.browser
+def test_a_part_is_moved_by_hand_from_what_the_server_shows(look: Callable[..., Any], until: Callable[..., None]) -> None:
+    m = load("fourbar").mechanism()
+    q = close(m, targets={"crank_angle": float(m.value("crank_angle", m.reference())) + 0.3}, steps=5).q
+    with serve(mechanism_story(m), quiet=True) as server:
+        with pytest.raises(MechlabError, match="q: expected shape"):
+            server.update(placed(m, q[None])[1][0], q[:-1])
+        page = look(server.url, offline=False)
+        server.update(placed(m, q[None])[1][0], q)
+        until(page, "document.getElementById('notice').textContent === 'live'")
+        moved = page.evaluate("(lab.explorer.takeOver(), Array.from(lab.explorer.solver.q))")
+        np.testing.assert_allclose(moved, q, atol=1e-12)
 
 
 def test_the_address_is_printed(story: Story, capsys: pytest.CaptureFixture[str]) -> None:

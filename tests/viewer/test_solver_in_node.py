@@ -13,7 +13,8 @@ import pytest
 
 import mechlab as ml
 from mechlab.formats.mechanism_json import to_json
-from mechlab.mechanism import Builder, Inertia, Mechanism, prismatic, revolute, spherical
+from mechlab.mechanism import Builder, Inertia, Mechanism, TreeKinematics, prismatic, revolute, spherical, structure
+from mechlab.mechanism.geometry import Placement
 from mechlab.mechanism.kinematics import integrate
 from mechlab.viewer import html_page
 from tests.viewer.solver_in_node import Conversation
@@ -58,6 +59,28 @@ def test_a_drag_ends_as_near_as_it_can(name: str, fidelity: str | None) -> None:
                 witness.check_stationary(q, wish["grab"], active)
 
 
+@pytest.mark.parametrize("name", ["fourbar", "quick_return", "stephenson", "slider_crank", "bricard"])
+def test_a_drag_at_once_ends_where_one_in_small_steps_ends(name: str) -> None:
+    """One freedom: a drag that changed the mode unseen would end elsewhere."""
+    m = mechanism_of(name, None)
+    rng = np.random.default_rng(8)
+    with Conversation(m) as page:
+        witness, q = Witness(m, tuple(page.ask("facts")["drives"])), m.reference()
+        for _ in range(3):
+            wish = witness.drag(rng, q)
+            ends = []
+            for steps in (1, 60):
+                page.ask("set", q=q.tolist())
+                rotation, origin = TreeKinematics(m, q).pose(wish["grab"]["body"])
+                start = origin + rotation @ np.array(wish["grab"]["point"])
+                way = np.array(wish["grab"]["target"]) - start
+                for share in (*np.linspace(0.0, 1.0, steps + 1)[1:], 1.0, 1.0):
+                    report = page.ask("solve", grab=wish["grab"] | {"target": (start + share * way).tolist()})
+                ends.append(np.array(report["q"]))
+            assert witness.apart(*ends) < 1e-6  # the nearest point is flat: it is found to the root of the rounding
+            q = ends[0]
+
+
 @pytest.mark.parametrize("name", ["lift", "bricard", "class4_linkage"])
 def test_the_jacobian_is_the_derivative_of_the_residual(name: str) -> None:
     m = mechanism_of(name, None)
@@ -80,6 +103,24 @@ def rocker(coupler: float = 0.15) -> Mechanism:
     b.bar("rocker", revolute("rocker_angle"), 0.2, at=(0.3, 0.0, 0.0))
     b.loop("pin", "coupler", "rocker", (coupler, 0, 0), (0.2, 0, 0), kind="revolute").drive("crank_angle")
     return b.assemble({"crank_angle": 0.8, "bend": -0.9, "rocker_angle": 1.8}, hold=("crank_angle",))
+
+
+def test_rows_that_are_rounding_alone_do_not_count() -> None:
+    """A planar five-bar in a tilted plane, closed by a weld: three of its six rows vanish, but for rounding."""
+    tilted = Placement((0.1, 0.2, 0.3), (0.8, 0.1, -0.5, 0.3))
+    b = Builder("tilted").body("base", turned=tilted)
+    parent, at = "base", (0.0, 0.0, 0.0)
+    for k, length in enumerate((0.2, 0.31, 0.27, 0.13)):
+        b.bar(f"bar_{k}", revolute(f"joint_{k}"), length, parent=parent, at=at)
+        parent, at = f"bar_{k}", (length, 0.0, 0.0)
+    b.body("pin", revolute("last"), parent=parent, at=at, inertia=SOLID)
+    b.loop("weld", "base", "pin", (0.3, 0.05, 0.0), kind="fixed")
+    m = b.assemble({"joint_0": 1.5, "joint_1": -0.9, "joint_2": -1.0, "joint_3": -1.1, "last": 1.5})
+    with Conversation(m) as page:
+        assert page.ask("facts")["rank"] == structure(m).rank == 3
+        witness, q = Witness(m, tuple(page.ask("facts")["drives"])), m.reference()
+        wish = {"drives": {n: float(m.value(n, q)) + 0.1 for n in witness.drives}}
+        witness.check(q, wish, page.ask("solve", **wish))
 
 
 def test_a_limit_position_is_where_coupler_and_rocker_are_in_line() -> None:

@@ -63,6 +63,25 @@ def test_a_spring_goes_from_point_to_point(page: Any, recording: Recording) -> N
         assert page.evaluate("lab.springs.items[0].length") == pytest.approx(length, abs=1e-6)
 
 
+def test_a_spring_is_named_under_the_pointer(page: Any, recording: Recording, until: Callable[..., None]) -> None:
+    page.evaluate("lab.seek(0), lab.rig.open()")
+    (spring,) = recording.mechanism.springs
+    tree = TreeKinematics(recording.mechanism, recording.q[0])
+    ends = [tree.pose(b)[1] + tree.pose(b)[0] @ np.array(p) for b, p in
+            ((spring.body_a, spring.point_a), (spring.body_b, spring.point_b))]  # fmt: skip
+    length = float(np.linalg.norm(ends[1] - ends[0]))
+    # The straight piece of wire at its free end, a twentieth of its length from there.
+    spot = page.evaluate("p => lab.onScreen(p)", (ends[1] + 0.05 * (ends[0] - ends[1])).tolist())
+    page.mouse.move(*spot)
+    until(page, "document.getElementById('hover').innerText.startsWith('spring: ')")
+    words = page.locator("#hover").inner_text()
+    assert f"{length * 1e3:.4g} mm long" in words
+    assert (
+        f"{abs(length - spring.rest_length) * 1e3:.4g} mm {'shorter' if length < spring.rest_length else 'longer'} than at rest"
+        in words
+    )
+
+
 def test_a_section_cuts_the_parts_and_what_is_picked(page: Any) -> None:
     page.evaluate("lab.seek(0)")
     page.locator("#section summary").click()

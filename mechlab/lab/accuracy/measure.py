@@ -20,6 +20,7 @@ from mechlab.integrate import work_done
 from mechlab.lab.methods import Problem
 from mechlab.mechanism.batch_tree import BatchTree
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.length_unit import is_length
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,7 @@ class ErrorMeasure:
         if not named:
             frames = tuple(f"{f.name}_{a}" for f in m.frames for a in "xyz")
             self.names = frames or m.scalar_names
-            units = {"m"} if frames else {"m" if j.name in m.slides else "rad" for j in m.joints} or {"m"}
+            units = {"m"} if frames else {"m" if is_length(m, n) else "rad" for n in self.names} or {"rad"}
         self.unit = " or ".join(sorted(units))
         self.known: dict[str, str | tuple[int, int]] = {
             f"{f.name}_{a}": (k, i) for k, f in enumerate(m.frames) for i, a in enumerate("xyz")

@@ -10,6 +10,7 @@ class Inspector {
     this.hover = byId("hover");
     this.follow = new Follow(stage, byId("following"));
     this.pickers = [];
+    this.pinFollowers = [];
     this.describers = [];
     this.card = new Card(byId("card"), this.readings, [
       ["Hide", "Hide this part (show it again in the list of parts)", (body) => { this.visibility.hide(body); this.pin(null); }],
@@ -27,14 +28,18 @@ class Inspector {
   /** Takes over the clicks for a while: `picker(hit, event)` returns true when it has used one. */
   intercept(picker) { this.pickers.push(picker); }
 
+  /** `follower(body)` is called when another part is picked. */
+  onPin(follower) { this.pinFollowers.push(follower); }
+
   name(hit, event) {
     const feature = this.measuring.on && event.pointerType !== "touch" && !event.buttons ? this.measuring.featureAt(hit, event.clientX, event.clientY) : null;
-    this.hover.hidden = !hit && !feature;
+    const spring = this.springs && !feature && event.pointerType !== "touch" && !event.buttons ? this.springs.wordsAt(this.picker, event.clientX, event.clientY, hit) : "";
+    this.hover.hidden = !hit && !feature && !spring;
     this.visibility.mark("hover", hit && hit.body !== this.card.body ? hit.body : null);
     this.labels.focus(hit ? hit.body : this.card.body);
     document.getElementById("viewport").classList.toggle("over", Boolean(hit));
-    if (!hit && !feature) return;
-    this.hover.textContent = feature ? feature.name : this.partName(hit);
+    if (this.hover.hidden) return;
+    this.hover.textContent = feature ? feature.name : spring || this.partName(hit);
     const box = this.hover.parentElement.getBoundingClientRect();
     const x = Math.min(event.clientX - box.left + 14, box.width - this.hover.offsetWidth - 4), y = Math.max(4, event.clientY - box.top - 26);
     this.hover.style.transform = `translate(${x.toFixed(0)}px, ${y.toFixed(0)}px)`;
@@ -59,6 +64,7 @@ class Inspector {
     this.visibility.mark("pin", body);
     this.card.show(body);
     this.list.update();
+    for (const follower of this.pinFollowers) follower(body);
   }
 
   isolate(body) {

@@ -67,6 +67,7 @@ class Live {
     if (!message || message.number !== this.shown.number) return;
     if (explorer && explorer.byHand) { this.leave(); return; }
     player.pause();
+    if (explorer) explorer.live = message.q;
     message.position.forEach((position, k) => {
       stage.groups[k].position.fromArray(position);
       stage.groups[k].quaternion.fromArray(message.quaternion[k]).normalize();
@@ -76,7 +77,10 @@ class Live {
   }
 
   /** Whoever moves the time looks at the recording again, whoever moves a part at what it does. */
-  leave() { if (this.parts.notice.className === "live") this.say("", ""); }
+  leave() {
+    if (this.parts.explorer) this.parts.explorer.live = null;
+    if (this.parts.notice.className === "live") this.say("", "");
+  }
 
   say(words, kind) {
     this.parts.notice.textContent = words;

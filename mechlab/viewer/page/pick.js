@@ -27,22 +27,25 @@ class Picker {
     });
   }
 
-  /** The nearest part that is seen at a place of the window [px]: {body (index), part (name), mesh, face, point, normal}; point [m] and
-   * normal in the mechanism's frame. Null where there is none. */
-  hit(x, y) {
+  /** The nearest part that is seen at a place of the window [px]: {body (index), part (name), mesh, face, point, normal, distance};
+   * point [m] and normal in the mechanism's frame. Null where there is none. Meshes for which
+   * `through` holds are looked through. */
+  hit(x, y, through = () => false) {
+    const found = this.nearest(this.stage.groups.flatMap((group) => (group.visible ? group.children.filter((item) => item.isMesh && item.visible && !through(item)) : [])), x, y);
+    if (!found) return null;
+    const normal = fromWorld(found.face.normal.clone().transformDirection(found.object.matrixWorld));
+    return { body: this.stage.groups.indexOf(found.object.parent), part: found.object.name, mesh: found.object, face: found.faceIndex, point: fromWorld(found.point), normal,
+      distance: found.distance };
+  }
+
+  /** The nearest place of some meshes that is seen under a place of the window, as three.js gives it; null where there is none. */
+  nearest(meshes, x, y) {
     const { camera, renderer } = this.stage.viewer;
     const box = renderer.domElement.getBoundingClientRect();
     const at = { x: ((x - box.left) / box.width) * 2 - 1, y: 1 - ((y - box.top) / box.height) * 2 };
     this.stage.viewer.scene.updateMatrixWorld();
     camera.updateMatrixWorld();
     this.ray.setFromCamera(at, camera);
-    const meshes = this.stage.groups.flatMap((group) => (group.visible ? group.children.filter((x) => x.isMesh && x.visible) : []));
-    for (const found of this.ray.intersectObjects(meshes, false)) {
-      const point = fromWorld(found.point);
-      if (!this.seen(point)) continue;
-      const normal = fromWorld(found.face.normal.clone().transformDirection(found.object.matrixWorld));
-      return { body: this.stage.groups.indexOf(found.object.parent), part: found.object.name, mesh: found.object, face: found.faceIndex, point, normal };
-    }
-    return null;
+    return this.ray.intersectObjects(meshes, false).find((found) => this.seen(fromWorld(found.point))) || null;
   }
 }

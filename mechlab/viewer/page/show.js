@@ -86,7 +86,7 @@ function addShow(story, read, stage, traces, holder, redraw) {
   const wanted = {};
   if (story.explore) wanted.values = true;
   const layer = { show, arrows, ghost: story.ghost ? new Ghost(stage, story, read) : null, labels, wanted };
-  const name = (mark, kind) => labels.add(kind, () => markPoint(stage, mark), () => mark.name, () => wanted[kind], mark.body);
+  const name = (mark, kind) => labels.add(kind, () => markPoint(stage, mark), () => mark.name, () => wanted[kind] && stage.groups[mark.body].visible, mark.body);
   const kinds = { points: story.marks.filter((m) => m.kind === "frame"), bodies: story.marks.filter((m) => m.kind === "body"), axes: story.marks.filter((m) => m.direction) };
   for (const [kind, marks] of Object.entries(kinds)) for (const mark of marks) name(mark, kind);
   const nameArrows = () => {

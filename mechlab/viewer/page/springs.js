@@ -58,4 +58,15 @@ class Springs {
       item.group.scale.set(1, 1, item.length);
     }
   }
+
+  /** The spring under a place of the window in words, unless a part `hit` is before it; "" for none. */
+  wordsAt(picker, x, y, hit) {
+    const shown = this.items.filter((item) => item.group.visible);
+    const found = shown.length ? picker.nearest(shown.flatMap((item) => item.group.children), x, y) : null;
+    if (!found || (hit && hit.distance < found.distance)) return "";
+    const { spring, length } = shown.find((item) => item.group === found.object.parent);
+    const longer = length - spring.rest_length;
+    const rest = spring.stiffness > 0 ? `, ${withUnit(Math.abs(longer), "m")} ${longer < 0 ? "shorter" : "longer"} than at rest` : "";
+    return `${spring.name.replace(/_/g, " ")}: ${withUnit(length, "m")} long${rest}`;
+  }
 }

@@ -15,7 +15,7 @@ from mechlab.errors import MechlabError
 from mechlab.formats import load_recording
 from mechlab.mechanism.parts import MAX_BODIES
 
-pytestmark = pytest.mark.filterwarnings("ignore::mechlab.experiment.model_file.LeftOutWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::mechlab.errors.LeftOutWarning")
 TORN = """<mujoco model="torn"><option timestep="0.001"/>
   <worldbody>
     <body name="a"><joint name="ja" axis="0 1 0" damping=".01"/><geom type="capsule" fromto="0 0 0 .1 0 0" size=".01"/>
@@ -87,6 +87,15 @@ def test_it_is_recorded_viewed_and_diagnosed(tmp_path: Path, capsys: pytest.Capt
         assert (tmp_path / f"it.{option}").stat().st_size > 1000
     found = ml.doctor(path)
     assert found.file is None and found.run is not None and "cannot hold this file as a Mechanism" in found.notes[0]
+
+
+def test_its_actuators_and_joints_take_commands_and_laws(tmp_path: Path) -> None:
+    model = mujoco.MjModel.from_xml_string(TORN)
+    data = mujoco.MjData(model)
+    data.ctrl[0], data.qfrc_applied[1] = 0.4, -0.2
+    mujoco.mj_step(model, data, nstep=100)
+    run = ml.simulate(written(tmp_path, TORN), drives={"push": 0.4}, laws=[ml.Constant("jb", -0.2)], duration=0.1)
+    assert run.v[-1] == pytest.approx(data.qvel, abs=1e-12)
 
 
 def verbs() -> dict[str, Callable[[Path], object]]:

@@ -1,4 +1,4 @@
-"""Forces of contacts on the bodies of a run, how deep parts overlap, and the gaps of the file's own equalities."""
+"""Forces of contacts on the bodies of a run, how deep parts overlap, the stops that push, and the gaps of the file's own equalities."""
 
 from __future__ import annotations
 
@@ -11,13 +11,14 @@ from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.parts import GROUND
 
 EQUALITY = int(mujoco.mjtConstraint.mjCNSTR_EQUALITY)
+STOP = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_JOINT)
 
 
 class ContactWatch:
     """What is seen of contacts and equalities at the samples, each an evaluated state.
 
     `deepest` [m]: the largest overlap, at time `deepest_at` [s] between the bodies `pair`; `gaps`: equality -> its largest gap
-    [m or rad].
+    [m or rad]; `stops`: of each sample the joint whose stop pushes hardest, "" where none does.
     """
 
     def __init__(self, file: ModelFile, model: mujoco.MjModel) -> None:
@@ -27,6 +28,7 @@ class ContactWatch:
         self._sums: list[dict[str, Array]] = []
         self.deepest, self.deepest_at, self.pair = 0.0, 0.0, ("", "")
         self.gaps: dict[str, float] = {}
+        self.stops: list[str] = []
         self._force = np.zeros(6)
 
     def take(self, data: mujoco.MjData) -> None:
@@ -35,6 +37,9 @@ class ContactWatch:
         if data.ncon:
             self._contacts(data, now)
         self._sums.append(now)
+        pushed = np.where(data.efc_type == STOP, data.efc_force, 0.0)
+        hardest = int(np.argmax(pushed)) if pushed.any() else -1
+        self.stops.append(key(self.model, OBJECT.mjOBJ_JOINT, int(data.efc_id[hardest])) if hardest >= 0 else "")
         rows = np.flatnonzero(data.efc_type == EQUALITY)
         for row, which in zip(rows.tolist(), data.efc_id[rows].tolist(), strict=True):
             name = key(self.model, OBJECT.mjOBJ_EQUALITY, which)

@@ -6,6 +6,8 @@ The limits are those of a physical result, not those of hard constraints: the so
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -20,6 +22,8 @@ from mechlab.experiment.recording import Finding, Health, limit_finding
 from mechlab.experiment.scene import Settings
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.validate import RecordedTree
+from mechlab.tables import counted
 
 ENERGY_WARNING, ENERGY_LIMIT = 0.02, 0.2
 """Energy that steps made or lost, as a share of what the run turned over."""
@@ -49,7 +53,7 @@ def health(
                 "all states are finite" if finite else "a state or an energy is not finite; do not trust this run")
     )  # fmt: skip
     if finite and len(energies) > 1:
-        out.append(energy_finding(model, energies))
+        out.append(energy_finding(model, energies, contacts.stops))
     out += _gaps(mechanism, contacts)
     if contacts.deepest > 0.0:
         extent = float(model.stat.extent)
@@ -67,11 +71,13 @@ def gave_up(error: Exception, t: float) -> str:
     return f'{text} Raise memory in its <size memory="..."/>, or leave it out.' if "<size memory" in str(error) else text
 
 
-def energy_finding(model: mujoco.MjModel, energies: Array) -> Finding:
-    """Finding "energy_balance": the largest |E(t) - E(0) - work(t)| as a share of the energy that the run turned over."""
+def energy_finding(model: mujoco.MjModel, energies: Array, stops: Sequence[str] = ()) -> Finding:
+    """Finding "energy_balance": the largest |E(t) - E(0) - work(t)| as a share of the energy that the run turned over. stops: of
+    each sample the joint whose stop pushes, which is named where most of what is left over arose with such a push."""
     potential, kinetic, done, turned = energies.T
     total = potential + kinetic
-    open_ = np.abs(total - total[0] - done)
+    left = total - total[0] - done
+    open_ = np.abs(left)
     turnover = max(float(np.max(kinetic)), float(np.ptp(potential)), float(turned[-1]), NOTHING)
     noise = max(NOISE * max(model.nv, 1), 1e-12 * float(np.max(np.abs(potential))))
     worst = float(np.max(open_))
@@ -79,7 +85,22 @@ def energy_finding(model: mujoco.MjModel, energies: Array) -> Finding:
     if turnover == NOTHING and value == 0.0:
         return nothing_moved(ENERGY_LIMIT)
     text = f"energy balance with contacts and actuators: at most {worst:.3g} J of {turnover:.3g} J turned over is unaccounted for:"
-    return limit_finding("energy_balance", value, ENERGY_LIMIT, "of the turnover", text, ENERGY_WARNING)
+    found = limit_finding("energy_balance", value, ENERGY_LIMIT, "of the turnover", text, ENERGY_WARNING)
+    name = "" if found.severity == "ok" else _throwing_stop(np.abs(np.diff(left)), stops)
+    if not name:
+        return found
+    more = (
+        f"; most of it where the stop of joint {name} throws back what runs into it. What the stop itself takes or gives is in the "
+        "balance: the rest is of the timestep. Take a smaller one, or a start within the range"
+    )
+    return replace(found, sentence=found.sentence + more)
+
+
+def _throwing_stop(jumps: Array, stops: Sequence[str]) -> str:
+    """The joint whose stop pushes in the largest of the jumps (n - 1,) between n samples, if stops push in most of their sum."""
+    pushing = [a or b for a, b in zip(stops, stops[1:], strict=False)]
+    share = np.where([bool(name) for name in pushing], jumps[: len(pushing)], 0.0)
+    return pushing[int(np.argmax(share))] if pushing and 2.0 * share.sum() > jumps.sum() else ""
 
 
 def _gaps(mechanism: Mechanism, contacts: ContactWatch) -> list[Finding]:
@@ -91,7 +112,9 @@ def _gaps(mechanism: Mechanism, contacts: ContactWatch) -> list[Finding]:
     found = limit_finding("loop_gap", contacts.gaps[name], GAP_LIMIT * scale, "m or rad", text, GAP_WARNING * scale)
     if found.severity == "ok":
         return [found]
-    more = "; they are soft rows: `mechlab doctor` says how to harden them, and --engine mujoco runs hard ones"
+    more = "; they are soft rows: `mechlab doctor` says how to harden them"
+    if not isinstance(mechanism, RecordedTree):
+        more += ", and --engine mujoco runs hard ones"
     return [Finding(found.name, found.value, found.limit, found.unit, found.severity, found.sentence + more)]
 
 
@@ -102,8 +125,6 @@ def start_finding(states: Array, model: mujoco.MjModel) -> Finding | None:
         return None
     k = max(outside, key=outside.__getitem__)
     far = outside[k]
-    text = (
-        f"{len(outside)} joints start outside their range, {name_of(model, 'JOINT', k)} by {far:.3g} rad or m: the stops push them back. "
-        "Give a start inside"
-    )
+    who = f"{counted(len(outside), 'joint')} start{'s' if len(outside) == 1 else ''} outside the range"
+    text = f"{who}, {name_of(model, 'JOINT', k)} by {far:.3g} rad or m: the stops push back. Give a start inside"
     return Finding("start_range", far if math.isfinite(far) else 0.0, 0.0, "rad or m", "warning", text)

@@ -52,7 +52,7 @@ class RowFactors {
     this._reflect(k, this.matrix, i * this.n);
     const entry = this.matrix[i * this.n + k];
     squares[i] -= entry * entry;
-    if (!(squares[i] > 1e-4)) squares[i] = this._square(i); // before rounding counts: rows are about 1 long
+    if (!(squares[i] > 1e-4)) squares[i] = this._square(i); // before rounding counts
   }
 
   _square(i) {

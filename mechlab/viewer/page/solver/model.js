@@ -86,7 +86,7 @@ class PageModel {
     this.bodies = [...this.parts, ...this.drawnShafts].map((item) => item.name).concat(GROUND_NAME);
   }
 
-  /** Index of a body in `parts`; the ground (also no name) comes after them. */
+  /** Index of a body in `parts`; the ground comes after them. */
   partIndex(name, what) {
     const k = this.index.get(name || GROUND_NAME);
     if (k === undefined) throw new Error(`${what} names the body ${name}, which does not exist.`);
@@ -167,7 +167,7 @@ function quantityValue({ zero, columns, coefficients }, q) {
   return columns.reduce((sum, joint, k) => sum + coefficients[k] * q[joint.q], zero);
 }
 
-/** Largest coordinate [m] of a body, loop, spring, frame or centre of mass in the reference pose; 1 where all are 0. */
+/** Largest coordinate [m] of a body, loop, spring, frame or centre of mass in the reference pose, or 1. */
 function modelSize(model) {
   const tree = model.tree.set(model.home), { document } = model;
   let largest = 0;

@@ -38,7 +38,7 @@ class Structure {
     this.model = model;
     this.manifold = manifold;
     this.poses = [model.home, ...this._near(8, 0.1)];
-    this.sizes = new Float64Array(closure.count).fill(1e-12);
+    this.sizes = new Float64Array(closure.count);
     for (const q of this.poses) {
       manifold.at(q);
       for (let i = 0; i < closure.count; i++) {
@@ -46,6 +46,7 @@ class Structure {
         this.sizes[i] = Math.max(this.sizes[i], norm(manifold.factors.matrix.subarray(i * model.nv, (i + 1) * model.nv)));
       }
     }
+    this.sizes = this.sizes.map((size) => (size > 1e-12 ? size : 1)); // else rounding alone
     manifold.weights = units.map((unit, i) => unit / this.sizes[i]);
     const ranks = this.poses.map((q) => this._rankAt(q));
     this.rank = Math.max(...ranks);
@@ -67,7 +68,7 @@ class Structure {
     for (let n = 0; n < count; n++) {
       manifold.at(model.home);
       manifold.factor([]);
-      for (let k = 0; k < y.length; k++) y[k] = Math.sin(12.9898 * (k + 1) * (n + 1)); // any directions will do
+      for (let k = 0; k < y.length; k++) y[k] = Math.sin(12.9898 * (k + 1) * (n + 1));
       manifold.factors.project(y);
       const largest = y.reduce((most, x) => Math.max(most, Math.abs(x)), 1e-12), q = model.home.slice();
       manifold.move(model.home, y.map((x) => spread * x / largest), q);
@@ -79,7 +80,7 @@ class Structure {
   /** Names that with the constraints determine the pose, declared drives first. */
   _independent() {
     const { model, manifold } = this, { factors, scale } = manifold, names = [], from = manifold.closure.count - factors.rank;
-    const take = (row, least) => { // the next row of the factors: as many are in use as have been taken in
+    const take = (row, least) => {
       const next = from + factors.rank, scaled = row.map((x, k) => x * scale[k]), length = norm(scaled) || 1;
       factors.matrix.set(scaled.map((x) => x / length), next * model.nv);
       return factors.stage(next, next + 1, least) < Infinity;
