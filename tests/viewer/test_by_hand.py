@@ -198,7 +198,8 @@ def test_a_locked_drive_holds_while_a_part_is_pulled(opened: Callable[..., Any])
         page.get_by_role("button", name=f"Lock {name}").click()
     drag(page, page.evaluate(MIDDLE, "platform"), (25.0, 15.0), drop=False)
     assert page.evaluate("lab.explorer.values") == pytest.approx(values, abs=1e-9)
-    assert page.locator("#hand .state.warning strong").inner_text() != ""
+    said = page.locator("#hand .state.warning strong").inner_text()
+    assert all(name in said for name in names) and "locked" in said
     page.mouse.up()
 
 

@@ -63,8 +63,9 @@ class CameraRig {
     right.normalize();
     const up = back.clone().cross(right);
     const wide = Math.tan(this.framing.fieldOfView / 2) / this.framing.margin;
-    const height = Math.max(1, this.stage.viewer.renderer.domElement.clientHeight);
-    const half = wide * Math.max(0.5, 1 - BUTTON_ROOM / height);
+    const canvas = this.stage.viewer.renderer.domElement;
+    const height = Math.max(1, canvas.clientHeight);
+    const half = wide * Math.max(0.5, 1 - buttonRoom(canvas.clientWidth) / height);
     const points = this.framing.points.map((p) => new THREE.Vector3(...p));
     const target = new THREE.Vector3(...this.stage.centre);
     let distance = this.framing.radius;

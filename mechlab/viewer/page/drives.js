@@ -11,7 +11,7 @@ class DriveRow {
     this.field = make("input", { class: "quantity", autocomplete: "off", spellcheck: "false", "aria-label": `${this.name}, a number with a unit such as ${this.unit === "m" ? "5mm" : "37deg"}`,
       oninput: () => { this.editing = true; }, onchange: () => this.type(), onkeydown: (event) => this.fieldKey(event), onfocus: () => this.field.select() });
     this.degrees = make("span", { class: "unit" });
-    this.button = make("button", { type: "button", class: "lock icon", "aria-pressed": "false", onclick: () => this.lock(this.button.getAttribute("aria-pressed") !== "true") });
+    this.button = make("button", { type: "button", class: "lock icon", "aria-pressed": "false", onclick: () => this.lock(!this.isLocked) });
     this.element = make("div", { class: "drive" }, make("span", { class: "name", title: this.name }, this.name), this.slider, this.field, this.degrees, this.button);
     this.turns = 0;
     this.setLocked(false);
@@ -51,6 +51,8 @@ class DriveRow {
   }
 
   setLocked(on) {
+    if (on === this.isLocked) return;
+    this.isLocked = on;
     this.button.setAttribute("aria-pressed", String(on));
     this.button.setAttribute("aria-label", `${on ? "Unlock" : "Lock"} ${this.name}`);
     this.button.title = on ? "Locked: it holds still while parts are moved" : "Lock: hold this drive still while parts are moved";

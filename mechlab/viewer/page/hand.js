@@ -67,7 +67,7 @@ class HandControls {
     const out = explorer.outOfReach;
     const kind = impossible ? "error" : near || out ? "warning" : "ok";
     const first = refused ? `No mechanism here: ${refused} Shown is the last one that exists.`
-      : [explorer.said, out ? `${report.sentence || "The grabbed point is as near as the mechanism lets it come."}` : impossible ? report.sentence : "",
+      : [explorer.said, out ? report.sentence || this.held() : impossible ? report.sentence : "",
         near ? "Near a singularity." : ""].filter(Boolean).join(" ");
     const mode = explorer.otherMode ? "another one than at the start: a fold was passed" : "that of the start";
     const loops = (explorer.model.document.loops || []).length ? `loops open by ${report.gap < 1e-9 ? "less than 1\u00a0nm" : lengthText(report.gap)}` : "no loops";
@@ -76,6 +76,12 @@ class HandControls {
     this.state.replaceChildren(make("span", { class: "mark", "aria-hidden": "true" }, { error: "\u2715", warning: "!", ok: "\u2713" }[kind]),
       make("span", {}, ...(first ? [make("strong", {}, first), " "] : []), ...(refused ? [] : [facts])));
     document.getElementById("stage").classList.toggle("impossible", impossible || near);
+  }
+
+  /** What keeps a grabbed point from its target where nothing has come to an end. */
+  held() {
+    const { locked } = this.explorer;
+    return `The grabbed point is as near as the mechanism lets it come${locked.size ? ` with ${[...locked].join(", ")} locked` : ""}.`;
   }
 
   // In the page of a recording

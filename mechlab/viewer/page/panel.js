@@ -2,17 +2,20 @@
 
 const SEVERITIES = { ok: ["\u2713", "OK"], warning: ["!", "Warning"], error: ["\u2715", "Error"] };
 
-function section(title, ...content) {
-  return make("section", {}, make("h2", {}, title), ...content);
+/** A part of the panel that folds, and is folded from the start in a narrow window. */
+function section(title, ...content) { return fold(title, !window.matchMedia("(max-width: 760px)").matches, content); }
+
+function fold(title, open, content) {
+  return make("details", { class: "fold", open }, make("summary", {}, make("h2", {}, title)), ...content);
 }
 
 /** What two runs that are compared were computed from differently. */
 function differences(story) {
   const cells = (tag, words) => words.map((text) => make(tag, tag === "th" ? { scope: "col" } : {}, text));
   const rows = story.differences.map(([what, ...values]) => make("tr", {}, make("th", { scope: "row" }, what), ...cells("td", values)));
-  return section("What differs", rows.length
+  return fold("What differs", true, [rows.length
     ? make("table", { class: "differences" }, make("thead", {}, make("tr", {}, ...cells("th", ["", "this run", story.ghost.name]))), make("tbody", {}, ...rows))
-    : make("p", {}, "Mechanism, parameters, initial values, duration and settings are the same."));
+    : make("p", {}, "Mechanism, parameters, initial values, duration and settings are the same.")]);
 }
 
 function addPanel(story, holder) {

@@ -1,6 +1,7 @@
 // The three-dimensional view: meshcat's viewer with our own light, floor, grid and solids. The mechanism's frame has z up.
 
-const BUTTON_ROOM = 56;
+/** Height that the buttons over a picture of some width take [px]: they need two rows in a narrow one. */
+function buttonRoom(width) { return width < 560 ? 100 : 56; }
 
 class Stage {
   /** `renderer`: that of the story before, whose picture stays until this one is drawn. */
@@ -39,7 +40,7 @@ class Stage {
       const width = Math.max(1, viewport.clientWidth), height = Math.max(1, viewport.clientHeight);
       fitAspect(this.camera, width / height);
       // The buttons take the upper edge; the picture moves down by half of that.
-      this.camera.setViewOffset(width, height, 0, -BUTTON_ROOM / 2, width, height);
+      this.camera.setViewOffset(width, height, 0, -buttonRoom(width) / 2, width, height);
       this.camera.updateProjectionMatrix();
       this.renderer.setSize(width, height);
       this.set_dirty();
