@@ -35,6 +35,12 @@ def test_a_button_plays_one_mode(look: Callable[..., Any], until: Callable[..., 
         page.get_by_role("slider", name="Time").fill("0.5")
         assert page.evaluate("lab.time") == pytest.approx((start + end) / 2, abs=1e-9)
         assert page.evaluate("[lab.curves.window.start, lab.curves.window.end]") == pytest.approx([start, end])
+        # Only the path of this mode is drawn: none at its start.
+        page.evaluate("lab.seek(0)")
+        drawn = "lab.traces.tubes.map(t => t.mesh.geometry.drawRange.count)"
+        assert set(page.evaluate(drawn)) <= {0}
+        page.evaluate("lab.seek(99)")
+        assert max(page.evaluate(drawn), default=1) > 0
         assert page.errors == []
     # The frequency of the pendulum is that of its parameters: sqrt(m g s / J) / (2 pi) about its pivot.
     m = result.mechanism

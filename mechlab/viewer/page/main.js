@@ -16,7 +16,8 @@ function build(story, read, renderer) {
   const plots = addPanel(story, byId("panel"));
   const motion = new Motion(story, read);
   const stage = new Stage(byId("viewport"), story, read, renderer);
-  const traces = new Traces(stage, story, read);
+  // Of clips each draws its own paths, and only where it has been.
+  const traces = new Traces(stage, story, read, story.clips.length ? { done: 1, ahead: 0 } : undefined);
   let explorer = null, curves = null;
   const rig = new CameraRig(stage);
   rig.open();
@@ -48,7 +49,7 @@ function build(story, read, renderer) {
     if (explorer) explorer.comeBack();
     if (!explorer || !explorer.byHand) {
       motion.apply(stage.groups, time);
-      traces.apply(motion.frame(time));
+      traces.apply(motion.frame(time), motion.frame(player.start));
     }
     refresh(time);
   });
@@ -77,6 +78,7 @@ function build(story, read, renderer) {
     explorer,
     inspector,
     springs,
+    traces,
     address,
     clips,
     field,

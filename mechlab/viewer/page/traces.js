@@ -75,8 +75,11 @@ class Traces {
     for (const mesh of [...this.group.children]) { this.group.remove(mesh); mesh.geometry.dispose(); mesh.material.dispose(); }
   }
 
-  /** Shows the traces up to recorded frame `frame`. */
-  apply(frame) {
-    for (const { mesh, upTo } of this.tubes) mesh.geometry.setDrawRange(0, 6 * SIDES * upTo[Math.min(frame, upTo.length - 1)]);
+  /** Shows the traces up to recorded frame `frame`, from frame `first` on. */
+  apply(frame, first = 0) {
+    for (const { mesh, upTo } of this.tubes) {
+      const [start, end] = [first, frame].map((k) => 6 * SIDES * upTo[Math.min(k, upTo.length - 1)]);
+      mesh.geometry.setDrawRange(start, end - start);
+    }
   }
 }
