@@ -89,21 +89,29 @@ def _variant(d: Design, key: str, value: float, story: Story, tell: Callable[[De
     return replace(other, explore=replace(other.explore, reach=None))
 
 
-STYLES = ("page.css", "inspect.css", "hand.css")
+STYLES = ("page.css", "inspect.css", "hand.css", "edit.css")
 SOLVER = (
     "solver/tree.js", "solver/model.js", "solver/closure.js", "solver/factors.js", "solver/structure.js", "solver/holds.js",
     "solver/manifold.js", "solver/walk.js", "solver/follow.js", "solver/pull.js", "solver/pose_solver.js",
 )  # fmt: skip
 """Scripts of the solver, which need no page: together they also run in Node."""
+GEOMETRY = (
+    "vectors.js", "edit/rotations.js", "edit/rebase.js", "edit/document_text.js", "edit/attached.js", "edit/plane.js", "edit/reassemble.js",
+    "edit/gears.js", "edit/numbers.js", "edit/outlines.js",
+)  # fmt: skip
+"""Scripts that edit a model document; with SOLVER they also run in Node."""
+EDITING = ("edit/solids.js", "edit/edit_table.js", "edit/handles.js", "edit/editor.js")
+"""Scripts of the page's edit mode."""
 BY_HAND = (
     "quantity.js", "history.js", "mobility.js", "forces.js", "ray.js", "rubber.js", "grab.js", "drives.js", "hand.js",
     "free_body.js", "coupler_curves.js", "reach.js", "explore.js",
 )  # fmt: skip
 """Scripts for moving the mechanism by hand."""
 SCRIPTS = (
-    *SOLVER,
-    "util.js", "words.js", "vectors.js", "knots.js", "motion.js", "quality.js", "stage.js", "traces.js", "arrows.js",
-    "labels.js", "before.js", "show.js", *BY_HAND, "pick.js", "visibility.js", "readings.js", "card.js", "follow.js",
+    *SOLVER, *GEOMETRY,
+    "util.js", "words.js", "knots.js", "motion.js", "quality.js", "stage.js", "traces.js", "arrows.js",
+    "labels.js", "before.js", "show.js", *EDITING, *BY_HAND,
+    "pick.js", "visibility.js", "readings.js", "card.js", "follow.js",
     "caps.js", "section.js", "measure.js", "features.js", "measuring.js", "inspect.js", "springs.js", "projection.js",
     "camera.js", "player.js", "timewindow.js", "curves.js", "plots.js", "channels.js", "clips.js", "field.js",
     "panel.js", "live.js", "replace.js", "address.js", "main.js",

@@ -9,7 +9,7 @@ import mechlab as ml
 from mechlab.formats import from_json, to_json
 from mechlab.viewer.from_recording import mechanism_story
 
-pytestmark = pytest.mark.filterwarnings("ignore::mechlab.experiment.model_file.LeftOutWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::mechlab.errors.LeftOutWarning")
 ROBOT = """<robot name="r"><link name="base"/>
   <link name="arm"><inertial><mass value="1"/><inertia ixx=".1" iyy=".1" izz=".1" ixy="0" ixz="0" iyz="0"/></inertial>
     <visual><origin xyz="0 0 1" rpy="0 0 1.5707963267948966"/>

@@ -192,7 +192,7 @@ HOPPER = """<mujoco model="hopper"><option timestep="0.002" integrator="implicit
 """A free body that hops on a floor and a step, whose place the keyframe says: contacts, a quaternion, an activation."""
 
 
-@pytest.mark.filterwarnings("ignore::mechlab.experiment.model_file.LeftOutWarning")
+@pytest.mark.filterwarnings("ignore::mechlab.errors.LeftOutWarning")
 @pytest.mark.parametrize("observe", [(), ("hip", "free_turn", "hip_rate", "nose")])
 def test_many_of_a_file_move_as_one_bit_for_bit(observe, tmp_path):
     path = tmp_path / "hopper.xml"
@@ -224,7 +224,7 @@ def test_many_of_a_file_move_as_one_bit_for_bit(observe, tmp_path):
         e.close()
 
 
-@pytest.mark.filterwarnings("ignore::mechlab.experiment.model_file.LeftOutWarning")
+@pytest.mark.filterwarnings("ignore::mechlab.errors.LeftOutWarning")
 def test_a_file_that_the_engine_gives_up_is_told_with_its_simulation(tmp_path):
     """A memory that holds no contact: the engine cannot take the step in which the body lands."""
     path = tmp_path / "hopper.xml"

@@ -86,6 +86,23 @@ const answers = {
     return { q: list(solver.q), loads: new SteadyForces(model).at(solver, name, rate) };
   },
   set: ({ q }) => { solver.set(Float64Array.from(q)); return list(solver.q); },
+  text: () => documentText(model.document) + "\\n",
+  rebased: ({ q }) => documentText(settled(model, Float64Array.from(q)).document),
+  pivots: () => pivotsOf(model, planeOf(model)),
+  move: ({ name, by }) => {
+    const normal = planeOf(model), { document, kept } = movePivot(model, normal, pivotsOf(model, normal).find((p) => p.name === name), by);
+    const moved = settled(new PageModel(document), model.home);
+    return { text: documentText(moved.document), kept, faults: meshFaults(moved, meshesOf(model)), pivots: pivotsOf(moved, normal) };
+  },
+  edit: ({ part, row, to, stepwise = true }) => {
+    const pairs = meshesOf(model), found = numbersOf(model, part, planeOf(model), pairs).find((x) => x.name === row);
+    let kept = [];
+    const apply = (document, x) => { kept = found.apply(document, stepwise ? x : to) || []; };
+    try {
+      const done = reassembled(model, model.home, { from: stepwise ? found.value : null, to: stepwise ? to : null, apply }, model.drives);
+      return { text: documentText(done.model.document), moved: done.moved, kept, faults: meshFaults(done.model, pairs) };
+    } catch (error) { return { refused: error.message, reached: error.reached ?? null }; }
+  },
   solve: (wish) => {
     const began = performance.now(), report = solver.solve(wish);
     return { ...report, q: list(solver.q), milliseconds: performance.now() - began };

@@ -15,7 +15,7 @@ from mechlab.viewer.framing import frame_story
 from mechlab.viewer.from_recording import mechanism_story
 from mechlab.viewer.story import Story
 
-pytestmark = pytest.mark.filterwarnings("ignore::mechlab.experiment.model_file.LeftOutWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::mechlab.errors.LeftOutWarning")
 WEDGE = "0 0 0  .4 0 0  0 .3 0  0 0 .2"
 FILE = f"""<mujoco model="drawn">
   <asset><mesh name="wedge" vertex="{WEDGE}"/><material name="red" rgba=".8 .1 .1 1"/>

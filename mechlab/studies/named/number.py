@@ -19,6 +19,8 @@ OF_TIME = ("final", "max", "min", "mean", "rms")
 """Reductions of a channel in `HOW(CHANNEL)`."""
 OF_COURSE = ("least", "largest", "peak", "mean", "span", "final")
 """Reductions in `cycle.HOW.COLUMN` and `run.HOW.CHANNEL`."""
+OF_CHECK = ("difference", "passed")
+"""Numbers of a check: `difference(ID)`, `passed(ID)`."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,7 @@ class NamedNumber:
     @property
     def of_check(self) -> bool:
         """True when it needs a check."""
-        return self.kind in ("difference", "passed")
+        return self.kind in OF_CHECK
 
 
 def reduced(how: str, t: Array, values: Array) -> float:

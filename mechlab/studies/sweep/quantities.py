@@ -19,7 +19,7 @@ from mechlab.lab.fidelity.choose import chosen_scene
 from mechlab.mechanism import Mechanism
 from mechlab.studies.check.check import checks_of
 from mechlab.studies.named.answers import question_taking, witness_answer
-from mechlab.studies.named.number import OF_TIME, NamedNumber, varied
+from mechlab.studies.named.number import OF_CHECK, OF_TIME, NamedNumber, varied
 from mechlab.studies.named.runs import short_run
 from mechlab.studies.sweep.evaluate import STEP_ERROR
 from mechlab.studies.sweep.request import SweepAxis, SweepRequest
@@ -131,7 +131,6 @@ def scene_channels(chosen: Design, draft: SweepRequest) -> list[str]:
 
 
 CALL = re.compile(r"(\w+)\((.+)\)")
-OF_CHECK = ("difference", "passed")
 
 
 def split_words(text: str) -> list[str]:

@@ -11,11 +11,12 @@ class Explorer {
     this.recorded = !story.explore;
     this.byHand = !this.recorded;
     this.followers = [];
+    this.modelFollowers = [];
     this.history = new PoseHistory();
     this.before = new PoseBefore(this.stage);
     // Where the sliders of the parameters stand, and those of the design that is drawn: a value may have no mechanism.
     this.picked = this.drawnPicks = story.variants.map((v) => v.home);
-    this.models = new Map();
+    this.models = new WeakMap();
     this.locked = new Set();
     this.take(story);
     this.curves = this.recorded ? null : new CouplerCurves(this.stage, this.traces, this.marks);
@@ -29,6 +30,7 @@ class Explorer {
 
   /** Takes over the mechanism of the story, or of a variant of it. */
   take(source) {
+    this.source = source;
     if (!this.models.has(source)) this.models.set(source, new PageModel(source.model));
     this.model = this.models.get(source);
     this.solver = new PoseSolver(this.model);
@@ -57,10 +59,13 @@ class Explorer {
 
   // What was done, to be undone
 
-  state() { return { q: this.solver.q.slice(), values: { ...this.values }, locked: [...this.locked], picked: this.drawnPicks, otherMode: this.otherMode }; }
+  state() {
+    return { q: this.solver.q.slice(), values: { ...this.values }, locked: [...this.locked], picked: this.drawnPicks, otherMode: this.otherMode, source: this.source };
+  }
 
   restore(state) {
     if (state.picked.some((index, j) => index !== this.picked[j])) this.showVariant(state.picked);
+    if (state.source !== this.source) this.showSource(state.source);
     this.refused = "";
     this.before.keep();
     this.solver.set(state.q);
@@ -215,14 +220,23 @@ class Explorer {
     const values = this.values;
     this.picked = this.drawnPicks = picked;
     this.refused = "";
-    const source = j < 0 ? this.story : this.story.variants[j].choices[picked[j]];
-    this.take(source);
-    this.before.clear();
-    this.stage.replaceParts(source, this.read);
+    this.showSource(j < 0 ? this.story : this.story.variants[j].choices[picked[j]]);
     this.accept(this.solver.solve({ drives: values, locked: [], grab: null }));
     this.values = this.valuesNow();
+  }
+
+  /** Shows another mechanism of the same parts: the story's, a variant of it, or an edited one, in its reference pose. */
+  showSource(source) {
+    this.take(source);
+    this.before.clear();
+    this.stage.replaceParts(source.drawnAs || source, this.read);
+    if (source.drawnAs) redrawShapes(this.stage, source.drawnAs.model, source.model);
+    for (const follower of this.modelFollowers) follower(this.model);
     this.controls.refresh();
   }
+
+  /** `follower(model)` is called after every change of the mechanism itself. */
+  onModel(follower) { this.modelFollowers.push(follower); }
 
   // A recording
 
@@ -247,6 +261,7 @@ class Explorer {
     if (!this.recorded || !this.byHand) return;
     this.byHand = false;
     this.begun = null;
+    if (this.source !== this.story) this.showSource(this.story);
     this.before.clear();
     this.controls.enterPlayback();
     this.player.seek(this.player.time);
@@ -288,8 +303,8 @@ class Explorer {
   drawCurves() {
     if (!this.curves || !this.marks.length || !this.model.drives.length) return;
     this.active = this.active || this.model.drives[0];
-    if (this.keyOfCurves() === this.curveKey) return;
-    this.curveKey = this.keyOfCurves();
+    if (this.keyOfCurves() === this.curveKey && this.source === this.curveSource) return;
+    [this.curveKey, this.curveSource] = [this.keyOfCurves(), this.source];
     const drive = this.drives.find((d) => d.name === this.active);
     this.curves.draw(this.solver, this.active, [drive.low, drive.high], { ...this.values });
   }
@@ -300,9 +315,11 @@ function moveByHand(story, inspector, page) {
   if (!story.model) return null;
   try {
     const explorer = new Explorer(story, page);
-// What is see-through and stands still, such as a workspace, is grabbed through.
+    // What is see-through and stands still, such as a workspace, is grabbed through.
     const through = (mesh) => mesh.material.transparent && !explorer.movable(page.stage.groups.indexOf(mesh.parent));
     explorer.grabber = new Grabber(page.stage, explorer, page.layers.labels, document.getElementById("viewport"), (x, y) => inspector.picker.hit(x, y, through));
+    explorer.onModel((model) => inspector.readings.read(model.document));
+    explorer.editor = new Editor(explorer, inspector, document.getElementById("edit-button"));
     return explorer;
   } catch (error) {
     page.panel.append(section("Moving by hand", make("p", {}, `This mechanism cannot be moved in the page: ${error.message}`)));

@@ -52,6 +52,7 @@ class HandControls {
       value.textContent = unit === "m" ? lengthText(values[index]) : `${significant(values[index])} ${unit}`;
       slider.setAttribute("aria-valuetext", value.textContent);
       slider.parentElement.classList.toggle("away", index === home);
+      slider.parentElement.hidden = Boolean(explorer.source.drawnAs); // a variant is none of an edited mechanism
     });
     this.undo.disabled = !explorer.history.canUndo;
     this.redo.disabled = !explorer.history.canRedo;

@@ -10,6 +10,7 @@ class Inspector {
     this.hover = byId("hover");
     this.follow = new Follow(stage, byId("following"));
     this.pickers = [];
+    this.pinFollowers = [];
     this.describers = [];
     this.card = new Card(byId("card"), this.readings, [
       ["Hide", "Hide this part (show it again in the list of parts)", (body) => { this.visibility.hide(body); this.pin(null); }],
@@ -26,6 +27,9 @@ class Inspector {
 
   /** Takes over the clicks for a while: `picker(hit, event)` returns true when it has used one. */
   intercept(picker) { this.pickers.push(picker); }
+
+  /** `follower(body)` is called when another part is picked. */
+  onPin(follower) { this.pinFollowers.push(follower); }
 
   name(hit, event) {
     const feature = this.measuring.on && event.pointerType !== "touch" && !event.buttons ? this.measuring.featureAt(hit, event.clientX, event.clientY) : null;
@@ -60,6 +64,7 @@ class Inspector {
     this.visibility.mark("pin", body);
     this.card.show(body);
     this.list.update();
+    for (const follower of this.pinFollowers) follower(body);
   }
 
   isolate(body) {

@@ -4,9 +4,14 @@ class Readings {
   /** `velocity(body)` gives {linear, angular} of its origin, world axes, or null where there is no motion. */
   constructor(story, stage, sources) {
     this.stage = stage;
-    this.model = story.model || null;
     this.sources = sources;
-    this.byName = new Map((this.model ? this.model.bodies : []).map((b) => [b.name, b]));
+    this.read(story.model || null);
+  }
+
+  /** Takes over what another model document says. */
+  read(document) {
+    this.model = document;
+    this.byName = new Map((document ? document.bodies : []).map((b) => [b.name, b]));
   }
 
   /** Everything that is known of a body (index): numbers in SI, quaternion x y z w. */

@@ -13,7 +13,7 @@ from mechlab.errors import MechlabError, Untrustworthy
 from mechlab.experiment.recording import Recording
 from mechlab.formats import load_recording
 
-pytestmark = pytest.mark.filterwarnings("ignore::mechlab.experiment.model_file.LeftOutWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::mechlab.errors.LeftOutWarning")
 BALL = """<mujoco model="ball"><option timestep="0.001"/>
   <worldbody>
     <geom name="floor" type="plane" size="0 0 .1" rgba=".4 .5 .4 1"/>

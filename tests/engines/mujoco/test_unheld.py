@@ -15,7 +15,7 @@ from mechlab.errors import MechlabError
 from mechlab.formats import load_recording
 from mechlab.mechanism.parts import MAX_BODIES
 
-pytestmark = pytest.mark.filterwarnings("ignore::mechlab.experiment.model_file.LeftOutWarning")
+pytestmark = pytest.mark.filterwarnings("ignore::mechlab.errors.LeftOutWarning")
 TORN = """<mujoco model="torn"><option timestep="0.001"/>
   <worldbody>
     <body name="a"><joint name="ja" axis="0 1 0" damping=".01"/><geom type="capsule" fromto="0 0 0 .1 0 0" size=".01"/>
