@@ -28,7 +28,7 @@ SOURCE = "IFToMM benchmark library, A02"
 class Parameters:
     """Uniform slender bars in the plane of x and y."""
 
-    N: int = parameter(2, "", "number of four-bars", source=SOURCE, low=1, high=60)
+    N: int = parameter(2, "", "number of four-bars", source=SOURCE, low=1, high=200)
     rocker_length: float = parameter(1.0, "m", "rockers", source=SOURCE, low=0, strict=True)
     coupler_length: float = parameter(
         1.0, "m", "couplers, and the distance of the ground pivots", source=SOURCE, low=0, strict=True

@@ -10,7 +10,7 @@ import numpy as np
 
 from mechlab.engines.mujoco.model_file.written import FileTrial, try_file
 from mechlab.engines.protocol import available, engine
-from mechlab.errors import MechlabError
+from mechlab.errors import EngineMissing, MechlabError
 from mechlab.experiment.scene import Settings
 from mechlab.formats import from_json, urdf_map, write_files
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
@@ -86,7 +86,10 @@ def _pinocchio(m: Mechanism, folder: Path, again: Mechanism) -> dict[str, Any]:
     moving = sum(b.inertia.mass for b in m.bodies)
     if abs(mass - moving) > 1e-12 * max(1.0, moving) and not _welded_to_ground(m):
         raise MechlabError(f"{m.name}.urdf: Pinocchio finds {mass:.9g} kg, the mechanism has {moving:.9g} kg.")
-    state = engine("pinocchio").state(again, again.reference())
+    try:
+        state = engine("pinocchio").state(again, again.reference())
+    except EngineMissing:  # too large for Pinocchio's workspace; it has read the file
+        return {"pinocchio": {"nv": nv}}
     residual = state.residual / row_units(again, ConstraintSet(again))
     gap = float(np.max(np.abs(residual), initial=0.0))
     if gap > 1e-12:

@@ -13,6 +13,7 @@ from enum import Enum
 import numpy as np
 
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.least_norm import least_norm
 
 Evaluate = Callable[[Array], tuple[Array, Array]]
 Step = Callable[[Array, Array], Array]
@@ -86,7 +87,7 @@ def newton(
     for k in range(iterations):
         if size < tolerance:
             return Assembly(q, size, k, Status.SOLVED)
-        dv = np.asarray(-np.linalg.lstsq(jacobian, residual, rcond=1e-11)[0], dtype=np.float64)
+        dv = -least_norm(jacobian, residual)
         biggest = float(np.max(np.abs(dv), initial=0.0))
         if not np.isfinite(biggest):
             break

@@ -6,7 +6,7 @@ not mislead. Rows are scaled to unit length first, so that metres and radians co
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -15,6 +15,7 @@ import numpy as np
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics, integrate
+from mechlab.mechanism.least_norm import LARGE, least_norm
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.newton import newton
 from mechlab.tables import counted
@@ -115,15 +116,27 @@ def sample_poses(mechanism: Mechanism, count: int = 4, spread: float = 0.1, seed
         tree.set(x)
         return constraints.residual(tree), constraints.jacobian(tree)
 
-    basis = null_space(constraints.jacobian(tree.set(poses[0])))
+    directions = _free_directions(constraints.jacobian(tree.set(poses[0])), rng)
     for _ in range(count):
-        direction = basis @ rng.standard_normal(basis.shape[1]) if basis.shape[1] else np.zeros(mechanism.nv)
+        direction = next(directions)
         size = float(np.max(np.abs(direction), initial=0.0))
         step = direction * (spread * step_size(mechanism) / size if size > 0 else 0.0)
         found = newton(evaluate, lambda x, dv: integrate(mechanism, x, dv), integrate(mechanism, poses[0], step))
         if found.closed:
             poses.append(found.q)
     return poses
+
+
+def _free_directions(jacobian: Array, rng: np.random.Generator) -> Iterator[Array]:
+    """Random directions (nv,) along which the rows of a Jacobian do not change at first order."""
+    nv = jacobian.shape[1]
+    if min(jacobian.shape) >= LARGE:
+        while True:  # a projection needs no basis, whose vectors are dense
+            any_direction = rng.standard_normal(nv)
+            yield any_direction - least_norm(jacobian, jacobian @ any_direction)
+    basis = null_space(jacobian)
+    while True:
+        yield basis @ rng.standard_normal(basis.shape[1]) if basis.shape[1] else np.zeros(nv)
 
 
 def step_size(mechanism: Mechanism) -> float:
@@ -163,20 +176,18 @@ def generic(mechanism: Mechanism) -> tuple[Array, Array]:
     return best.q, best.jacobian
 
 
+@lru_cache(maxsize=64)
+def _generic_rows(mechanism: Mechanism) -> tuple[tuple[int, ...], Array]:
+    """Indices of independent rows at a generic pose, and an orthonormal basis (rank, nv) of all rows there."""
+    keep, basis = _chosen(_generic(mechanism).jacobian)
+    return tuple(keep), basis
+
+
 def independent_rows(mechanism: Mechanism, constraints: ConstraintSet) -> list[int]:
     """Indices of rows that are independent at a generic pose; earlier rows are preferred."""
     if len(constraints) == 0:
         return []
-    return _independent(generic(mechanism)[1])
-
-
-def _independent(matrix: Array) -> list[int]:
-    return _chosen(matrix)[0]
-
-
-def _orthonormal(matrix: Array) -> Array:
-    """(rank, n) orthonormal basis of the rows."""
-    return _chosen(matrix)[1]
+    return list(_generic_rows(mechanism)[0])
 
 
 def _chosen(matrix: Array) -> tuple[list[int], Array]:
@@ -207,8 +218,7 @@ def redundancies(mechanism: Mechanism) -> tuple[Redundancy, ...]:
     constraints = ConstraintSet(mechanism)
     if len(constraints) == 0:
         return ()
-    _, jacobian = generic(mechanism)
-    return repetitions(jacobian, _independent(jacobian), constraints.rows)
+    return repetitions(_generic(mechanism).jacobian, _generic_rows(mechanism)[0], constraints.rows)
 
 
 def repetitions(jacobian: Array, independent: Sequence[int], names: Sequence[str]) -> tuple[Redundancy, ...]:
@@ -269,9 +279,9 @@ def idle_directions(mechanism: Mechanism, jacobian: Array) -> Array:
 def independent_coordinates(mechanism: Mechanism) -> tuple[str, ...]:
     """Rates that can be chosen freely (drives first): with them all others follow. A rate of which less than `CLEAR` is free
     of the rows and rates before it is taken only where no other is left: it would fix the pose badly."""
-    _, jacobian = generic(mechanism)
-    basis = list(_orthonormal(jacobian))
-    wanted = mechanism.nv - len(basis)
+    fixed = _generic_rows(mechanism)[1]
+    wanted = mechanism.nv - len(fixed)
+    basis = np.vstack([fixed, np.zeros((wanted, mechanism.nv))])
     drives = {d.on: mechanism.row(d.on) for d in mechanism.drives}
     rates = dict(zip(mechanism.rate_names, np.eye(mechanism.nv), strict=True))
     chosen: list[str] = []
@@ -279,9 +289,10 @@ def independent_coordinates(mechanism: Mechanism) -> tuple[str, ...]:
         for name, row in rows.items():
             if len(chosen) == wanted:
                 return tuple(chosen)
-            rest, size = _new_part(np.array(basis).reshape(-1, mechanism.nv), row)
+            known = len(fixed) + len(chosen)
+            rest, size = _new_part(basis[:known], row)
             if name not in chosen and size > least:
-                basis.append(rest)
+                basis[known] = rest
                 chosen.append(name)
     return tuple(chosen)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.parts import GROUND, MAX_BODIES, MAX_ROWS, MAX_SHAPES, Body, Frame, Loop, Spring
+from mechlab.mechanism.parts import GROUND, MAX_BODIES, MAX_RATES, MAX_ROWS, MAX_SHAPES, Body, Frame, Loop, Spring
 
 ORDINARY_SIZES = (1e-2, 1e2)
 """Sizes [m] at which the unit of length stays the metre."""
@@ -18,15 +18,23 @@ ORDINARY_SIZES = (1e-2, 1e2)
 def too_many_bodies(name: str) -> MechlabError:
     """The error for a mechanism with more than MAX_BODIES bodies."""
     return MechlabError(
-        f"mechanism {name!r} has more than {MAX_BODIES} bodies: mechlab computes with dense matrices, made for fewer. "
+        f"mechanism {name!r} has more than {MAX_BODIES} bodies, for which mechlab is not made. "
         "Weld parts that do not move against each other into one body."
+    )
+
+
+def too_many_rates(name: str, rates: int) -> MechlabError:
+    """The error for a mechanism with more than MAX_RATES rates."""
+    return MechlabError(
+        f"mechanism {name!r} has {rates} rates (freedoms of its joints), the limit is {MAX_RATES}: ranks are taken of dense matrices. "
+        "Weld parts that do not move against each other into one body, or give them joints of fewer freedoms."
     )
 
 
 def too_many_rows(name: str, rows: int) -> MechlabError:
     """The error for a mechanism with more than MAX_ROWS constraint rows."""
     return MechlabError(
-        f"mechanism {name!r} has {rows} constraint rows, the limit is {MAX_ROWS}: the freedoms of {MAX_BODIES} free bodies. "
+        f"mechanism {name!r} has {rows} constraint rows, the limit is {MAX_ROWS}, as for its rates. "
         "Leave out loops and relations that repeat others."
     )
 

@@ -16,10 +16,20 @@ from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.length_unit import row_units
 from mechlab.mechanism.model import CHECKS, Mechanism
 from mechlab.mechanism.naming import refuse_collisions
-from mechlab.mechanism.parts import GROUND, JOINT_KINDS, LOOP_ROWS, MAX_BODIES, MAX_ROWS, MAX_SHAPES, Body, Drive
+from mechlab.mechanism.parts import (
+    GROUND,
+    JOINT_KINDS,
+    LOOP_ROWS,
+    MAX_BODIES,
+    MAX_RATES,
+    MAX_ROWS,
+    MAX_SHAPES,
+    Body,
+    Drive,
+)
 from mechlab.mechanism.relation_locks import refuse_locks
 from mechlab.mechanism.tilt import refuse_tilts
-from mechlab.mechanism.tree import too_many_bodies, too_many_rows, too_many_shapes
+from mechlab.mechanism.tree import too_many_bodies, too_many_rates, too_many_rows, too_many_shapes
 
 CLOSURE_TOLERANCE = 1e-12
 """Largest residual of an assembled reference pose: of offsets in units of `length_scale`, of angles as sines."""
@@ -33,6 +43,9 @@ def validate(m: Mechanism, closed: bool = True) -> None:
         raise MechlabError(f"mechanism {m.name!r} has no bodies: add at least one moving body.")
     if len(m.bodies) > MAX_BODIES:
         raise too_many_bodies(m.name)
+    rates = sum(j.nv for b in m.bodies for j in b.joints)
+    if rates > MAX_RATES:
+        raise too_many_rates(m.name, rates)
     rows = sum(LOOP_ROWS.get(x.kind, 0) for x in m.loops) + len(m.relations)
     if rows > MAX_ROWS:
         raise too_many_rows(m.name, rows)

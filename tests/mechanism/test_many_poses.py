@@ -30,4 +30,8 @@ def test_many_poses_are_one_after_the_other(name: str) -> None:
         np.testing.assert_allclose(jacobian[k], constraints.jacobian(tree), atol=1e-13)
         for i, body in enumerate(m.bodies):
             np.testing.assert_allclose(many.poses()[k, i], tree.matrix(body.name), atol=1e-13)
+        for i, frame in enumerate(m.frames):
+            rotation, origin = tree.pose(frame.body)
+            point = origin + rotation @ frame.placement.translation
+            np.testing.assert_allclose(many.frame_positions()[k, i], point, atol=1e-13)
     np.testing.assert_allclose(moved(m, q[:2], displacement(m, q[:2], q[2:])), q[2:], atol=1e-12)

@@ -44,7 +44,9 @@ def test_every_channel_of_a_recipe_exists() -> None:
     """In a run of the default scene, so that no plot is left out for a misspelt name."""
     for name in catalog.NAMES:
         recipes = catalog.entry(name).plots
-        recording = run(name)
+        if not recipes:
+            continue
+        recording = api.simulate(name, duration=0.02)
         for recipe in recipes:
             for channel in (*recipe.channels, *filter(None, [recipe.over])):
                 assert channel in recording.channels, (name, recipe.title)

@@ -77,7 +77,7 @@ def test_a_running_simulation_is_streamed_and_then_told() -> None:
 
     with serve(api.story("fourbar"), quiet=True) as server:
         show = server.update
-        server.update = lambda poses: (seen.append(np.array(poses)), show(poses))  # type: ignore[assignment,func-returns-value,method-assign]
+        server.update = lambda poses, *q: (seen.append(np.array(poses)), show(poses, *q))  # type: ignore[assignment,func-returns-value,method-assign]
         stream(server, design, tell, speed=4.0).join(60.0)
     assert len(told) == 1 and told[0].health.trusted
     assert len(seen) >= 2

@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from mechlab.errors import MechlabError, Untrustworthy
+from mechlab.errors import EngineMissing, MechlabError, Untrustworthy
 from mechlab.mechanism.geometry import Array, Placement
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import GROUND, Joint
@@ -60,6 +60,8 @@ class PinModel:
         return out
 
 
+MOST_RATES = 450
+"""A workspace (pin.Data) takes 44 bytes times the cube of the rates, for derivatives of second order: 4 GB for so many."""
 _KEPT: list[PinModel] = []
 
 
@@ -81,6 +83,11 @@ def build(mechanism: Mechanism) -> PinModel:
     inertia of a body without joints goes to its parent. Raises Untrustworthy when Pinocchio's own check of the model
     fails (its mass matrix would be wrong).
     """
+    if mechanism.nv > MOST_RATES:
+        raise EngineMissing(
+            f"Pinocchio cannot take {mechanism.name!r}: its workspace for {mechanism.nv} rates would be {44e-9 * mechanism.nv**3:.0f} GB "
+            f"(it grows with the cube of the rates; limit {MOST_RATES} rates). Ask another engine."
+        )
     model = pin.Model()
     model.name = mechanism.name
     model.gravity = pin.Motion(np.array(mechanism.gravity), np.zeros(3))

@@ -21,7 +21,6 @@ from mechlab.formats.model_text import read_text, refuse_far_files
 from mechlab.formats.soundness import sound
 from mechlab.formats.xml_text import parse
 from mechlab.mechanism import Mechanism
-from mechlab.mechanism.parts import MAX_BODIES
 from mechlab.mechanism.structure import Redundancy
 from mechlab.results import Shown
 
@@ -104,7 +103,7 @@ class Diagnosis(Shown):
         }  # fmt: skip
 
 
-MOST_COORDINATES = 2 * MAX_BODIES
+MOST_COORDINATES = 600
 """A flag of 513 coordinates takes 5 s; the work grows with the cube."""
 LOOKS = ("mesh", "collision", "gazebo", "transmission", "material", "sensor", "limit of effort or velocity")
 """What is left out of a URDF that does not act on a motion without contacts: looks, and settings of programs and motors."""

@@ -29,10 +29,10 @@ TORN = """<mujoco model="torn"><option timestep="0.001"/>
 """A loop over 2 m that bars of 0.1 m cannot close; MuJoCo's soft row pulls at both."""
 SOFT = """<mujoco model="soft"><option timestep="0.002"/>
   <worldbody><geom name="floor" type="plane" size="0 0 .1"/>
-    <flexcomp name="jelly" type="grid" count="7 7 7" spacing=".1 .1 .1" pos="0 0 1" radius=".01" dim="3" mass="5">
+    <flexcomp name="jelly" type="grid" count="8 8 8" spacing=".1 .1 .1" pos="0 0 1" radius=".01" dim="3" mass="5">
       <contact selfcollide="none"/><edge damping="10"/></flexcomp></worldbody>
 </mujoco>"""
-"""A block that falls freely: 343 bodies, each on three slides."""
+"""A block that falls freely: 512 bodies, each on three slides."""
 FILES = {"torn": (TORN, "reach.* stays open"), "soft": (SOFT, f"more than {MAX_BODIES} bodies")}
 
 

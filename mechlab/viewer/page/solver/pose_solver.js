@@ -1,4 +1,4 @@
-// The solver of the page: drives to their targets, a grabbed point after the pointer, along closed poses.
+// The page's solver: drives to their targets, a grabbed point after the pointer, on closed poses.
 
 class PoseSolver {
   constructor(model) {

@@ -1,6 +1,6 @@
-// A grabbed point follows its target as far as the closed poses allow: damped least squares until stationary.
+// A grabbed point follows its target as far as closed poses allow: damped least squares.
 
-const MOST_TRIES = 30, LONGEST_PULL = 0.4, STATIONARY = 1e-9; // steps below the last are none
+const MOST_TRIES = 30, LONGEST_PULL = 0.4, STATIONARY = 1e-9;
 const NOT_MOVED = placementOf(null);
 
 class Pull {
@@ -15,7 +15,7 @@ class Pull {
     [this.here, this.offset, this.lever] = arrays(3, 3);
     this.rows = arrays(3, model.nv);
     this.free = arrays(3, model.nv);
-    [this.gradient, this.way, this.before, this.after] = arrays(4, model.nv);
+    [this.gradient, this.way, this.before, this.after, this.rest] = arrays(5, model.nv);
   }
 
   /** Scaled distance of the point from its target. */
@@ -45,16 +45,26 @@ class Pull {
     combine(rows, offset, gradient);
   }
 
-  /** The damped step on the null space of the latest factoring, scaled, into y; returns its length. */
+  /** The damped step on the null space of the latest factoring, by conjugate gradients, into y; returns its length. */
   step(factors, damping, y) {
-    const { rows, free, offset } = this;
+    const { rows, free, offset, rest, way: p, after: h } = this;
     for (let a = 0; a < 3; a++) {
       free[a].set(rows[a]);
       factors.rotate(free[a]).fill(0, 0, factors.rank);
     }
-    const least = damping + 1e-12 * free.reduce((sum, x) => sum + dot(x, x), 0); // where fewer than three ways are free
-    const squares = free.map((x) => free.map((z) => dot(x, z) + (x === z ? least : 0)));
-    combine(free, solveThree(squares, [...offset]), y);
+    y.fill(0);
+    combine(free, offset, rest);
+    p.set(rest);
+    let square = dot(rest, rest);
+    for (let pass = 0, end = 1e-24 * square; pass < 3 && square > end; pass++) {
+      combine(free, free.map((row) => dot(row, p)), h);
+      for (let k = 0; k < y.length; k++) h[k] += damping * p[k];
+      const share = square / dot(p, h), last = square;
+      for (let k = 0; k < y.length; k++) y[k] += share * p[k];
+      for (let k = 0; k < y.length; k++) rest[k] -= share * h[k];
+      square = dot(rest, rest);
+      for (let k = 0; k < y.length; k++) p[k] = rest[k] + square / last * p[k];
+    }
     return norm(factors.rotateBack(y));
   }
 
@@ -64,6 +74,7 @@ class Pull {
     this.longest = LONGEST_PULL;
     this.tries = Math.max(5, Math.min(MOST_TRIES, 1e7 / (model.nv * manifold.structure.rank ** 2)));
     walk.ready = false;
+    this.stretch = 1;
     let damping = 0, made = 0;
     while (this.tries > 0) {
       walk.place();
@@ -77,6 +88,7 @@ class Pull {
         for (let k = 0; k < model.nv; k++) change += (before[k] - tangent[k]) * way[k];
         for (const row of this.rows) square += dot(row, way) ** 2;
         damping = Math.max(0, change / made - square);
+        this.stretch = Math.max(1, Math.min(10, square * made / change));
       }
       if (miss < 1e-12) return "";
       made = this._nearer(walk, held, miss, damping);
@@ -85,7 +97,7 @@ class Pull {
     return "";
   }
 
-  /** A step that brings the point nearer; returns its length, 0 where there is none or too short a one. */
+  /** A step that brings the point nearer; returns its length, 0 where there is none. */
   _nearer(walk, held, miss, least) {
     const { manifold, tangent } = walk, { factors } = manifold, { way, before } = this;
     let damping = least;
@@ -101,16 +113,17 @@ class Pull {
       before.set(this.gradient);
       const slope = factors.project(before);
       walk.turning.fill(0);
-      const made = walk.step(Math.min(length, this.longest), held, held, way);
+      const made = walk.step(Math.min(length * this.stretch, this.longest), held, held, way);
       if (made.good && made.rate > BEND && this.miss(manifold.tree, walk.next) < miss) {
         walk.take(made, false);
         this.longest = Math.min(LONGEST_PULL, 2 * Math.max(made.length, 0.01));
         return made.length;
       }
       this.flipped = made.flipped;
+      this.stretch = 1;
       this.longest = 0.5 * made.length;
       if (this.longest < SHORTEST_STEP) return 0;
-      if (made.good) damping = Math.max(damping, slope / this.longest); // towards the steepest descent
+      if (made.good) damping = Math.max(damping, slope / this.longest);
       walk.place();
       this.miss(manifold.tree, walk.q);
     }
@@ -124,17 +137,6 @@ class Pull {
     for (let k = 0; k < after.length; k++) after[k] -= damping * tangent[k];
     return walk.letGo(walk.manifold.factors.rotate(after));
   }
-}
-
-/** x with K x = b, K (3 x 3) positive definite; uses up both. */
-function solveThree(K, b) {
-  for (let k = 0; k < 2; k++) for (let i = k + 1; i < 3; i++) {
-    const share = K[i][k] / K[k][k];
-    for (let j = k; j < 3; j++) K[i][j] -= share * K[k][j];
-    b[i] -= share * b[k];
-  }
-  const z = b[2] / K[2][2], y = (b[1] - K[1][2] * z) / K[1][1];
-  return [(b[0] - K[0][1] * y - K[0][2] * z) / K[0][0], y, z];
 }
 
 /** out = the sum of three rows, each with its weight. */
