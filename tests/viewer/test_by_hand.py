@@ -380,6 +380,14 @@ def test_a_parameter_takes_the_page_to_another_exact_mechanism(opened: Callable[
     assert "0.9 m" in page.locator("#hand .state.error").inner_text()
     slider.fill("0")
     assert page.locator("#hand .state.ok").count() == 1
+    page.get_by_role("slider", name="parameter crank").fill("0")
+    pin = "lab.explorer.model.document.bodies.find(b => b.name === 'coupler').placement.position[0]"
+    longer, shorter = f"{pin} === 0.1", f"{pin} === 0.08"
+    assert page.evaluate(shorter)
+    page.get_by_role("button", name="Undo").click()
+    assert page.evaluate(longer) and page.locator("#hand .state.ok").count() == 1
+    page.get_by_role("button", name="Redo").click()
+    assert page.evaluate(shorter)
 
 
 def test_the_curves_of_a_drive_are_those_of_its_points(opened: Callable[..., Any]) -> None:

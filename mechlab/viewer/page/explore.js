@@ -14,7 +14,8 @@ class Explorer {
     this.modelFollowers = [];
     this.history = new PoseHistory();
     this.before = new PoseBefore(this.stage);
-    this.picked = story.variants.map((v) => v.home);
+    // Where the sliders of the parameters stand, and those of the design that is drawn: a value may have no mechanism.
+    this.picked = this.drawnPicks = story.variants.map((v) => v.home);
     this.models = new WeakMap();
     this.locked = new Set();
     this.take(story);
@@ -58,11 +59,14 @@ class Explorer {
 
   // What was done, to be undone
 
-  state() { return { q: this.solver.q.slice(), values: { ...this.values }, locked: [...this.locked], picked: [...this.picked], otherMode: this.otherMode, source: this.source }; }
+  state() {
+    return { q: this.solver.q.slice(), values: { ...this.values }, locked: [...this.locked], picked: this.drawnPicks, otherMode: this.otherMode, source: this.source };
+  }
 
   restore(state) {
     if (state.picked.some((index, j) => index !== this.picked[j])) this.showVariant(state.picked);
     if (state.source !== this.source) this.showSource(state.source);
+    this.refused = "";
     this.before.keep();
     this.solver.set(state.q);
     this.values = { ...state.values };
@@ -204,7 +208,9 @@ class Explorer {
     const picked = this.story.variants.map((v, i) => (i === j ? Math.min(v.values.length - 1, Math.max(0, Math.round(index))) : v.home));
     const choice = picked[j] === variant.home ? this.story : variant.choices[picked[j]];
     this.refused = typeof choice === "string" ? choice : "";
+    const before = this.state();
     if (this.refused) this.picked = picked; else this.showVariant(picked);
+    if (before.picked.join() !== this.drawnPicks.join()) this.history.push(before);
     this.show();
     this.drawCurves();
   }
@@ -212,7 +218,7 @@ class Explorer {
   showVariant(picked) {
     const j = picked.findIndex((index, i) => index !== this.story.variants[i].home);
     const values = this.values;
-    this.picked = picked;
+    this.picked = this.drawnPicks = picked;
     this.refused = "";
     this.showSource(j < 0 ? this.story : this.story.variants[j].choices[picked[j]]);
     this.accept(this.solver.solve({ drives: values, locked: [], grab: null }));
