@@ -19,6 +19,7 @@ if TYPE_CHECKING:
         cure,
         cycle,
         doctor,
+        draw,
         edit,
         environment,
         environments,
@@ -164,8 +165,8 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "mechlab.api": (
-        "audit", "chart", "check", "claims", "cure", "cycle", "doctor", "edit", "environment", "environments", "explore", "fidelities",
-        "find", "gallery", "generate", "generate_catalog", "linearize", "list_entries", "load", "load_recording", "modes",
+        "audit", "chart", "check", "claims", "cure", "cycle", "doctor", "draw", "edit", "environment", "environments", "explore",
+        "fidelities", "find", "gallery", "generate", "generate_catalog", "linearize", "list_entries", "load", "load_recording", "modes",
         "optimize", "portrait", "run", "sensitivity", "session", "show", "simulate", "solve", "stability", "story",
         "studio", "sweep", "synthesize", "track", "view", "workspace",
     ),
@@ -213,7 +214,7 @@ __all__ = [
     "PostureTask", "Quantity", "Question", "Ramp", "Range", "RangeLimit", "RateLimit", "Recording", "Scene",
     "SceneRecipe", "Servo", "Settings", "Shaft", "Shape", "Sine", "SingularityLimit", "Spline", "Spring", "Status",
     "TableLaw", "Track", "Untrustworthy", "UsageError", "Value", "Verdict", "Viscous", "Winding", "__version__",
-    "audit", "belt", "chart", "check", "claims", "cure", "cycle", "doctor", "edit", "environment", "environments",
+    "audit", "belt", "chart", "check", "claims", "cure", "cycle", "doctor", "draw", "edit", "environment", "environments",
     "explore", "fidelities", "find", "floating", "from_json", "from_mjcf", "from_urdf", "gallery", "generate",
     "generate_catalog", "linearize", "list_entries", "load", "load_recording", "mimic", "modes", "optimize",
     "parameter", "portrait", "prismatic", "relation", "revolute", "run", "save_recording", "scene", "screw",

@@ -16,14 +16,14 @@ from mechlab.api.runs import chart, cycle, fidelities, portrait, sensitivity, si
 from mechlab.api.sessions import environment, environments, linearize, session
 from mechlab.api.studies import modes, optimize, stability, sweep, synthesize, workspace
 from mechlab.api.tracking import track
-from mechlab.api.viewing import explore, gallery, load_recording, page_of_recording, story, studio, view
+from mechlab.api.viewing import draw, explore, gallery, load_recording, page_of_recording, story, studio, view
 from mechlab.results import offer_page
 
 offer_page(page_of_recording)
 
 __all__ = [
-    "Source", "Values", "audit", "chart", "check", "claims", "cure", "cycle", "doctor", "edit", "environment", "environments",
-    "explore", "fidelities", "find", "gallery", "generate",
+    "Source", "Values", "audit", "chart", "check", "claims", "cure", "cycle", "doctor", "draw", "edit", "environment",
+    "environments", "explore", "fidelities", "find", "gallery", "generate",
     "generate_catalog", "linearize",
     "list_entries", "load", "load_recording", "modes", "optimize", "portrait", "run", "sensitivity", "session", "show",
     "simulate", "solve", "stability", "story", "studio", "sweep", "synthesize", "track", "view", "workspace",

@@ -232,6 +232,26 @@ def studio(source: Source, values: Values | None = None, /, **parameters: Value)
     return FilesResult(Path("."), {}, "the web viewer was closed")
 
 
+def draw(*, html: File | None = None, port: int = 0, wait: bool = True) -> FilesResult:
+    """An empty plane in which a planar linkage is drawn: pivots, bars, sliders, gears, a motor; saved there as the JSON that
+    every verb takes. Without a file the page is served on 127.0.0.1 until it is interrupted.
+
+    Options:
+        html=F: write the page, which works offline, instead
+    """
+    from mechlab.lab.results import FilesResult
+    from mechlab.viewer.drawing_page import DrawingServer, write_drawing_page
+
+    if html is not None:
+        page = write_drawing_page(Path(html))
+        return FilesResult(page.parent, {"page": page})
+    with DrawingServer(port) as server:
+        print(server.url, flush=True)
+        if wait:
+            server.wait()
+        return FilesResult(Path("."), {}, f"served on {server.url}")
+
+
 def gallery(out: File, names: Sequence[str] = (), *, models: File = "models", progress: Stages = silent) -> FilesResult:
     """All mechanisms of the catalog as pages in one folder that any static host can serve; index.html first.
 

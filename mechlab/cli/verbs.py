@@ -128,6 +128,7 @@ VERBS: dict[str, Verb] = {
         "NAME|run.npz [key=value ...]",
         flags={"explorable": "--explore"},
         switches={
+            "--new": Switch("draw", "an empty plane in which a planar linkage is drawn, and saved as a model"),
             "--studio": Switch("studio", "MuJoCo's own web viewer, whose port is open to the whole network"),
             "--catalog": Switch(
                 "gallery", "with --html DIR: a gallery of all mechanisms, for any static host", flags={"out": "--html"}

@@ -100,7 +100,7 @@ GEOMETRY = (
     "edit/gears.js", "edit/numbers.js", "edit/outlines.js",
 )  # fmt: skip
 """Scripts that edit a model document; with SOLVER they also run in Node."""
-EDITING = ("edit/solids.js", "edit/edit_table.js", "edit/handles.js", "edit/editor.js")
+EDITING = ("edit/typed.js", "edit/solids.js", "edit/edit_table.js", "edit/handles.js", "edit/editor.js")
 """Scripts of the page's edit mode."""
 BY_HAND = (
     "quantity.js", "history.js", "mobility.js", "forces.js", "ray.js", "rubber.js", "grab.js", "drives.js", "hand.js",

@@ -1,6 +1,6 @@
 // Small tools: elements, numbers in words, arrays out of the block of bytes.
 
-const THREE = MeshCat.THREE;
+const THREE = typeof MeshCat === "undefined" ? null : MeshCat.THREE;
 
 /** Ends when another story takes the place of the one that is shown (on a live page). */
 let showing = new AbortController();
