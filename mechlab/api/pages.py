@@ -32,6 +32,7 @@ from mechlab.viewer import Part, Story, story_to_html, write_page
 from mechlab.viewer.facts import unit_words, value_words
 from mechlab.viewer.from_recording import exploration_story, mechanism_story, recording_story
 from mechlab.viewer.html_page import framed
+from mechlab.viewer.named_numbers import named_numbers
 from mechlab.viewer.reach import BorderSurface, border
 from mechlab.viewer.story import Clip, ColorField
 
@@ -63,7 +64,7 @@ def explored_story(d: Design) -> Story:
     """A mechanism whose drives can be moved in the page."""
     rates = chosen_scene(d).initial_rates
     made = exploration_story(d.mechanism(list(d.entry.fidelities)[-1]), d.entry.title, _facts(d), rates, _reach(d))
-    return replace(made, summary=d.entry.summary)
+    return replace(made, summary=d.entry.summary, named=named_numbers(d))
 
 
 def _reach(d: Design) -> BorderSurface | None:

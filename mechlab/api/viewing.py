@@ -95,6 +95,8 @@ def explore(
 
     design = load_design(source, key_values(values, parameters))
     first = explored_story(design)
+    if first.named is not None and isinstance(source, str):
+        first = replace(first, named=replace(first.named, name=source))
     asked: Mapping[str, Axis | None] = dict.fromkeys(design.entry.sliders) if vary is None else vary
     return replace(first, variants=variations(design, asked, first, explored_story))
 

@@ -103,6 +103,7 @@ class Editor {
     const { explorer } = this, { story } = explorer;
     this.busy = true;
     if (!explorer.begun) explorer.history.push(explorer.state());
+    [model, this.named] = this.follow(model);
     const { document } = model;
     const marks = explorer.source.marks.map((mark) => {
       const frame = mark.kind === "frame" && document.frames.find((f) => f.name === mark.name);
@@ -121,6 +122,24 @@ class Editor {
     const words = [...faults, moved ? "A drive had to move." : "", still.length ? `Mass and inertia of ${still.join(", ")} stay as they were.` : ""].filter(Boolean).join(" ");
     this.say(faults.length ? "warning" : "ok", words || "Assembled; all loops are closed.");
     this.refresh();
+  }
+
+  /** Where an edit is one of named parameters, all numbers follow them: [model, edit (see namedEdit) or null]. */
+  follow(model) {
+    const { named, model: first } = this.explorer.story;
+    const edit = named && namedEdit(named, first, model.document);
+    if (!edit) return [model, null];
+    const next = new PageModel(followed(model.document, edit)), closed = openBy(next) > 1e-14 * next.size ? closedNear(next, next.home, {}) : next.home;
+    return closed ? [settled(next, closed), edit] : [model, null];
+  }
+
+  /** The line that reproduces what is shown; empty where none does. */
+  line() {
+    const { story, source } = this.explorer, { named } = story;
+    const edit = named && source.drawnAs ? namedEdit(named, story.model, source.model) : null;
+    if (!edit) return "";
+    const given = named.given.filter((text) => ![...edit.values.keys()].some(({ key }) => text.startsWith(`${key}=`)));
+    return ["mechlab view", named.name, ...given, ...[...edit.values].map(([parameter, value]) => keyValue(parameter, value))].join(" ");
   }
 
   /** The tints of the picked part, which new shapes have lost. */
