@@ -61,7 +61,7 @@ def flat(document: Any, path: str = "") -> dict[str, float]:
 def named_numbers(d: Design) -> NamedNumbers | None:
     """Three builds a parameter, in its richest fidelity; None for a definition without parameters that are numbers, or a slow one."""
     began = time.perf_counter()
-    base = _numbers(d)
+    base = numbers_of(d)
     if base is None:
         return None
     took = time.perf_counter() - began
@@ -73,7 +73,7 @@ def named_numbers(d: Design) -> NamedNumbers | None:
         if item.kind != "number" or not isinstance(value, float | int) or not np.isfinite(value):
             continue
         step = STEP * abs(float(value)) or STEP
-        low, high = (_numbers(d, {item.name: float(value) + way * step}) for way in (-1.0, 1.0))
+        low, high = (numbers_of(d, {item.name: float(value) + way * step}) for way in (-1.0, 1.0))
         slopes = _slopes(base, low, high, step)
         if slopes:
             found.append(NamedParameter(item.name, item.unit, float(value), slopes))
@@ -81,10 +81,10 @@ def named_numbers(d: Design) -> NamedNumbers | None:
     return NamedNumbers(d.entry.name, given, tuple(found)) if found else None
 
 
-def _numbers(d: Design, changed: Mapping[str, float] | None = None) -> dict[str, float] | None:
-    """The numbers of the document of a design, or of one with other parameters; None where it cannot be built."""
+def numbers_of(d: Design, changed: Mapping[str, float] | None = None) -> dict[str, float] | None:
+    """The numbers of the document of a design in its richest fidelity, or of one with other parameters; None where it cannot be built."""
     try:
-        other = design(d.entry, dict(d.given) | changed) if changed else d
+        other = design(d.entry, {**d.given, **changed}) if changed else d
         return flat(json.loads(to_json(other.mechanism(list(other.entry.fidelities)[-1]))))
     except MechlabError:
         return None

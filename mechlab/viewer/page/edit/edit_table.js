@@ -64,7 +64,7 @@ class EditTable {
     this.said.className = `state ${editor.kind || "ok"}`;
     const line = editor.on ? editor.line() : "", edited = Boolean(editor.explorer.source.drawnAs) && Boolean(editor.explorer.story.named);
     this.line.hidden = !edited;
-    this.line.replaceChildren(...(line ? ["The same, with the masses of the definition: ", make("code", {}, line)] : ["No named parameters give this shape; save the model."]));
+    this.line.replaceChildren(...(line ? ["The same, with the masses of the definition: ", make("code", {}, line), ...(editor.send ? [make("button", { type: "button", id: "edit-send", onclick: () => editor.build() }, "Build and check in Python")] : [])] : ["No named parameters give this shape; save the model."]));
     this.said.replaceChildren(make("span", { class: "mark", "aria-hidden": "true" }, { error: "\u2715", warning: "!" }[editor.kind] || "\u2713"), make("span", {}, editor.words));
   }
 }
