@@ -173,7 +173,7 @@ def check_page(recording: Recording, look: Callable[..., Any], folder: Path, mos
     times = np.random.default_rng(7).choice(between, 40, replace=False)
     true = placed(mechanism, q[np.searchsorted(recording.t, times)])[1]
     page = look(path.as_uri())
-    assert f"Shows the {len(recording.t)} recorded times" in page.locator("#panel").inner_text()
+    assert f"Shows the {len(recording.t)} recorded times" in page.locator("#panel").text_content()
     for k, time in enumerate(times):
         shown = page.evaluate(
             "([t, names]) => { lab.seek(t); return names.map(lab.pose); }", [float(time), list(story.bodies)]

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from mechlab.files import CannotWrite
-from mechlab.viewer import Part, Story, from_poses, html_page, story_to_html, write_page
+from mechlab.viewer import Part, Story, drawing_page, from_poses, html_page, story_to_html, write_page
 
 
 @pytest.fixture(scope="module")
@@ -60,7 +60,8 @@ def test_no_two_scripts_declare_the_same_name() -> None:
 def test_every_script_is_in_the_page_once(text: str) -> None:
     folder = Path(html_page.__file__).parent / "page"
     names = sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*.js"))
-    assert sorted(html_page.SCRIPTS) == names
+    assert len(set(html_page.SCRIPTS)) == len(html_page.SCRIPTS)
+    assert sorted({*html_page.SCRIPTS, *drawing_page.SCRIPTS}) == names
     assert "@@" not in text
     packed = re.search(r'<script type="text/plain" id="viewer">(.*?)</script>', text, re.S)
     assert packed is not None

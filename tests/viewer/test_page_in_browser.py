@@ -142,6 +142,7 @@ def test_a_click_in_a_plot_seeks_and_every_cursor_follows(page: Any, until: Unti
 
 def test_the_texts_are_shown_as_texts(page: Any) -> None:
     panel = page.locator("#panel")
+    page.evaluate("for (const part of document.querySelectorAll('#panel details')) part.open = true")
     assert panel.locator("h1").inner_text() == "Test <b>rig</b> </script>"
     for words in (
         "Do not trust this result",

@@ -12,7 +12,7 @@ from mechlab.studies.cycle.quantities import reactions
 from mechlab.viewer.html_page import SOLVER
 from tests.viewer.solver_in_node import in_node
 
-SCRIPTS = (*SOLVER, "mobility.js", "forces.js")
+SCRIPTS = (*SOLVER, "vectors.js", "mobility.js", "forces.js")
 RATE = 3.0
 
 

@@ -111,7 +111,7 @@ function addControls(live, panel) {
   const fields = controls.map((c) => make("input", { id: `set-${c.key}`, name: c.key, autocomplete: "off", spellcheck: "false", title: c.text,
     value: live.typed[c.key] ?? (live.sent || {})[c.key] ?? c.value, oninput: (event) => type(c, event.target.value.trim()) }));
   const button = make("button", { type: "submit" });
-  const rows = controls.map((c, k) => make("tr", {}, make("th", { scope: "row" }, make("label", { for: `set-${c.key}` }, c.key)), make("td", {}, fields[k]), make("td", { class: "unit" }, c.unit)));
+  const rows = controls.map((c, k) => make("tr", {}, make("th", { scope: "row" }, make("label", { for: `set-${c.key}` }, c.key)), make("td", {}, fields[k]), make("td", { class: "unit" }, unitText(c.unit))));
   const form = make("form", { id: "controls", onsubmit: (event) => { event.preventDefault(); live.ask(); } },
     make("h2", {}, "Change and rebuild"), make("table", {}, make("tbody", {}, ...rows)), button, said);
   panel.querySelector("header").after(form);

@@ -2,8 +2,10 @@
 
 const SEVERITIES = { ok: ["\u2713", "OK"], warning: ["!", "Warning"], error: ["\u2715", "Error"] };
 
+const isWide = () => !window.matchMedia("(max-width: 760px)").matches;
+
 /** A part of the panel that folds, and is folded from the start in a narrow window. */
-function section(title, ...content) { return fold(title, !window.matchMedia("(max-width: 760px)").matches, content); }
+function section(title, ...content) { return fold(title, isWide(), content); }
 
 function fold(title, open, content) {
   return make("details", { class: "fold", open }, make("summary", {}, make("h2", {}, title)), ...content);
@@ -27,9 +29,9 @@ function addPanel(story, holder) {
   const plots = make("div", { id: "plots" });
   holder.append(plots);
   if (story.health.length) {
-    holder.append(section("Health", make("ul", { class: "health" }, ...story.health.map(([severity, sentence]) =>
+    holder.append(fold("Health", worst !== "ok" || isWide(), [make("ul", { class: "health" }, ...story.health.map(([severity, sentence]) =>
       make("li", { class: severity }, make("span", { class: "mark", "aria-hidden": "true" }, SEVERITIES[severity][0]),
-        make("span", {}, make("span", { class: "word" }, `${SEVERITIES[severity][1]}: `), sentence))))));
+        make("span", {}, make("span", { class: "word" }, `${SEVERITIES[severity][1]}: `), sentence))))]));
   }
   if (story.facts.length) {
     holder.append(section("Parameters and settings", make("table", {}, make("tbody", {},

@@ -1,7 +1,7 @@
 // The three-dimensional view: meshcat's viewer with our own light, floor, grid and solids. The mechanism's frame has z up.
 
 /** Height that the buttons over a picture of some width take [px]: they need two rows in a narrow one. */
-function buttonRoom(width) { return width < 560 ? 100 : 56; }
+function buttonRoom(width) { return width < 820 ? 100 : 56; }
 
 class Stage {
   /** `renderer`: that of the story before, whose picture stays until this one is drawn. */
