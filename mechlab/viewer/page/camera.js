@@ -110,7 +110,7 @@ function addViewButtons(rig, holder) {
 function savePicture({ quality, viewer }) {
   quality.full();
   viewer.renderer.domElement.toBlob((blob) => {
-    saveFile(`${fileName(document.title)}.png`, blob);
+    saveFile(`${document.title.replace(/[^\w-]+/g, "-") || "mechanism"}.png`, blob);
   });
 }
 
