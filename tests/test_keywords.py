@@ -215,6 +215,15 @@ KEYWORDS: dict[tuple[str, str], tuple[Act, Act]] = {
         lambda p: ml.track("fourbar", crank_angle=1.0)["crank_angle_error"][0],
         lambda p: ml.track("fourbar", {}, [ml.PostureTask({"crank_angle": 1.0})])["crank_angle"][0],
     ),
+    ("draw", "html"): (
+        lambda p: api.draw(wait=False).to_dict()["message"][:9],
+        lambda p: api.draw(html=p / "new.html").files["page"].name,
+    ),
+    ("draw", "port"): (lambda p: "", lambda p: _refused("port", lambda: api.draw(html=p / "new.html", port=9))),
+    ("draw", "wait"): (
+        lambda p: api.draw(wait=False).to_dict()["message"][:9],
+        lambda p: api.draw(html=p / "new.html", wait=False).to_dict()["message"][:9],
+    ),
     ("view", "port"): (lambda p: "", lambda p: _refused("port", lambda: _page(p, port=9))),
     ("view", "wait"): (
         lambda p: api.view("pendulum", wait=False).to_dict()["message"],

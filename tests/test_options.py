@@ -220,6 +220,7 @@ COMMANDS: dict[tuple[str, str], list[Differ | Writes | Refused]] = {
     ],
     ("view", "--studio"): [Refused("view pendulum --studio --png {}/v.png", "--png")],
     ("view", "--catalog"): [Refused("view --catalog", "--html"), Refused("view --catalog --html {}/g --png {}/v.png", "--png")],
+    ("view", "--new"): [Writes("view --new --html {}/v.html", "v.html"), Refused("view --new --png {}/v.png", "--png")],
     ("view", "--host"): [Refused("view pendulum --host 0.0.0.0 --html {}/v.html", "--host")],
 }  # fmt: skip
 """Verb and option -> what must come of it."""

@@ -245,6 +245,8 @@ def draw(*, html: File | None = None, port: int = 0, wait: bool = True) -> Files
     from mechlab.viewer.drawing_page import DrawingServer, write_drawing_page
 
     if html is not None:
+        if port:
+            raise MechlabError(f"port {port}: a page that is written to a file has no server.")
         page = write_drawing_page(Path(html))
         return FilesResult(page.parent, {"page": page})
     with DrawingServer(port) as server:

@@ -77,11 +77,5 @@ function curvesToCsv(times, series, unit, first, last) {
 
 function saveText(name, text, type) { saveFile(name, new Blob([text], { type })); }
 
-function saveFile(name, blob) {
-  const link = make("a", { href: URL.createObjectURL(blob), download: name });
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
-}
-
 /** A text as the name of a file. */
 function fileName(text) { return text.replace(/[^\w-]+/g, "-").replace(/^-|-$/g, "") || "mechanism"; }

@@ -150,7 +150,7 @@ class Explorer {
   /** Moves a drive to a value; all the others stay where they were put. */
   move(name, value) {
     if (!Number.isFinite(value)) throw new Error(`cannot move ${name} to ${value}: expected a number`);
-    if (!(name in this.values)) throw new Error(`drive ${name} does not exist; expected one of ${this.model.drives.join(", ")}`);
+    if (!Object.hasOwn(this.values, name)) throw new Error(`drive ${name} does not exist; expected one of ${this.model.drives.join(", ")}`);
     if (this.locked.has(name)) { this.say(`${name} is locked; unlock it first.`); return null; }
     this.begin();
     this.accept(this.solver.solve({ drives: { ...this.values, [name]: value }, locked: [], grab: null }));
@@ -175,7 +175,7 @@ class Explorer {
 
   /** Takes values {drive: number}, one after another, as a link gives them. */
   give(values) {
-    for (const [name, value] of Object.entries(values)) if (name in this.values) this.move(name, value);
+    for (const [name, value] of Object.entries(values)) if (Object.hasOwn(this.values, name)) this.move(name, value);
     this.end();
   }
 

@@ -22,6 +22,13 @@ function make(tag, attributes = {}, ...children) {
   return element;
 }
 
+/** Offers bytes as a download. */
+function saveFile(name, blob) {
+  const link = make("a", { href: URL.createObjectURL(blob), download: name });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}
+
 const ARRAYS = { f8: Float64Array, f4: Float32Array, i2: Int16Array, u2: Uint16Array, u4: Uint32Array, u1: Uint8Array };
 
 /** Reads references {at, kind, count} out of zlib-compressed base64 text; with `steps` the sums of what is there. */

@@ -244,9 +244,8 @@ class Drawing {
 
   save() {
     if (!this.built.model) { this.say("There is nothing to save yet."); this.show(); return; }
-    const name = `${this.sketch.name}.json`, link = make("a", { href: URL.createObjectURL(new Blob([this.built.text()], { type: "application/json" })), download: name });
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+    const name = `${this.sketch.name}.json`;
+    saveFile(name, new Blob([this.built.text()], { type: "application/json" }));
     this.say(`Saved as ${name}; try: mechlab run ${name}`);
     this.show();
   }

@@ -91,7 +91,7 @@ function stateWords(sketch, built) {
   const parts = [];
   if (built.model) {
     const loops = built.model.document.loops.length, n = built.freedoms;
-    parts.push(`${count(n, "freedom")}${n === 0 ? ": it is rigid" : n === 1 ? ": one motor moves it" : `: ${n} motors would fix it`}.`, `${count(built.model.parts.length, "part")}, ${count(loops, "loop")}, all closed.`);
+    parts.push(`${count(n, "freedom")}${n === 0 ? ": it is rigid" : n > 1 ? `: ${n} motors would fix it` : built.drive ? `: the motor at ${pointOf(sketch, sketch.motor).name} moves it` : ": a motor on a ground pivot would move it"}.`, `${count(built.model.parts.length, "part")}, ${count(loops, "loop")}, all closed.`);
     const meshes = built.model.document.relations.length;
     if (meshes) parts.push(`${count(meshes, "mesh").replace("meshs", "meshes")} of gears.`);
     const gears = sketch.points.filter((p) => p.teeth > 0);

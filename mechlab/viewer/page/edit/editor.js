@@ -178,9 +178,7 @@ class Editor {
 
   save() {
     const { model, solver } = this.explorer, name = `${String(model.document.name).replace(MODEL_NAME, "_")}.json`;
-    const link = make("a", { href: URL.createObjectURL(new Blob([this.text()], { type: "application/json" })), download: name });
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+    saveFile(name, new Blob([this.text()], { type: "application/json" }));
     const lost = rangesLost(model, solver.q);
     this.say("ok", `Saved as ${name}; try: mechlab run ${name}.${lost.length ? ` The range of ${lost.join(", ")} counts from this pose now.` : ""}`);
     this.refresh();
