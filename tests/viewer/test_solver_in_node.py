@@ -13,7 +13,17 @@ import pytest
 
 import mechlab as ml
 from mechlab.formats.mechanism_json import to_json
-from mechlab.mechanism import Builder, ConstraintSet, Inertia, Mechanism, TreeKinematics, prismatic, revolute, spherical, structure
+from mechlab.mechanism import (
+    Builder,
+    ConstraintSet,
+    Inertia,
+    Mechanism,
+    TreeKinematics,
+    prismatic,
+    revolute,
+    spherical,
+    structure,
+)
 from mechlab.mechanism.geometry import Placement
 from mechlab.mechanism.kinematics import integrate
 from mechlab.viewer import html_page
@@ -212,7 +222,7 @@ def pulled_far(m: Mechanism, page: Conversation, rng: np.random.Generator) -> di
     for picture in range(30):
         grab = {"body": body, "point": point.tolist(), "target": (start + way * min(1.0, (picture + 1) / 12)).tolist()}
         report = page.ask("solve", grab=grab)
-    return report  # type: ignore[no-any-return]
+    return report
 
 
 def test_a_pull_out_of_reach_leaves_a_margin_where_the_closure_is_singular() -> None:
