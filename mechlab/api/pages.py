@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
@@ -18,6 +19,7 @@ from mechlab.experiment.parameters import describe
 from mechlab.experiment.recording import Recording
 from mechlab.files import write
 from mechlab.formats import load_recording
+from mechlab.formats.mechanism_json import to_json
 from mechlab.lab.design import Design, design
 from mechlab.lab.fidelity.choose import chosen_scene
 from mechlab.mechanism import GROUND
@@ -32,8 +34,10 @@ from mechlab.viewer import Part, Story, story_to_html, write_page
 from mechlab.viewer.facts import unit_words, value_words
 from mechlab.viewer.from_recording import exploration_story, mechanism_story, recording_story
 from mechlab.viewer.html_page import framed
+from mechlab.viewer.named_numbers import flat, named_numbers, numbers_of
 from mechlab.viewer.reach import BorderSurface, border
-from mechlab.viewer.story import Clip, ColorField
+from mechlab.viewer.story import Clip, ColorField, Severity
+from mechlab.viewer.witnessed import witnessed
 
 FIRST, SECOND = (0.20, 0.47, 0.75, 0.45), (0.90, 0.55, 0.15, 0.45)
 """Colours (red, green, blue, opacity) of the workspaces of two designs."""
@@ -59,11 +63,36 @@ def still_story(d: Design) -> Story:
     return replace(mechanism_story(d.drawn(), d.entry.title, _facts(d)), summary=d.entry.summary)
 
 
+class LivePages:
+    """The pages of a design that a browser may change: with the named numbers that its edits are made of, and, once it has been
+    changed, with what all witnesses say of its poses."""
+
+    def __init__(self, d: Design, rebuild: bool) -> None:
+        self.design, self.rebuild = d, rebuild
+        self.checked: tuple[tuple[Severity, str], ...] = ()
+
+    def still(self, d: Design) -> Story:
+        """The page of a design that a browser has asked for."""
+        found = witnessed(d)
+        self.design, self.checked = d, () if found is None else (found,)
+        return self.shown(still_story(d))
+
+    def final(self, recording: Recording) -> Story:
+        """The page of its finished run."""
+        return self.shown(run_story(recording, rebuild=self.rebuild))
+
+    def shown(self, story: Story) -> Story:
+        """A page of the present design."""
+        told = replace(story, health=(*story.health, *self.checked))
+        same = story.model is not None and flat(json.loads(to_json(story.model))) == numbers_of(self.design)
+        return replace(told, named=named_numbers(self.design)) if same else told
+
+
 def explored_story(d: Design) -> Story:
     """A mechanism whose drives can be moved in the page."""
     rates = chosen_scene(d).initial_rates
     made = exploration_story(d.mechanism(list(d.entry.fidelities)[-1]), d.entry.title, _facts(d), rates, _reach(d))
-    return replace(made, summary=d.entry.summary)
+    return replace(made, summary=d.entry.summary, named=named_numbers(d))
 
 
 def _reach(d: Design) -> BorderSurface | None:

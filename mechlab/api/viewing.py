@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -95,6 +94,8 @@ def explore(
 
     design = load_design(source, key_values(values, parameters))
     first = explored_story(design)
+    if first.named is not None and isinstance(source, str):
+        first = replace(first, named=replace(first.named, name=source))
     asked: Mapping[str, Axis | None] = dict.fromkeys(design.entry.sliders) if vary is None else vary
     return replace(first, variants=variations(design, asked, first, explored_story))
 
@@ -198,17 +199,18 @@ def _live(
 ) -> FilesResult:
     """A live page; a mechanism is simulated while one looks, and the page of the run follows. Its parameters can be
     changed there."""
-    from mechlab.api.pages import recording_of, run_story, still_story
+    from mechlab.api.pages import LivePages, recording_of
     from mechlab.lab.results import FilesResult
     from mechlab.viewer.live import serve
 
-    with serve(shown, host=host, port=port) as server:
+    design = load_design(source, given) if wait and recording_of(source) is None else None  # type: ignore[arg-type]
+    pages = None if design is None else LivePages(design, rebuild)
+    with serve(shown if pages is None else pages.shown(shown), host=host, port=port) as server:
         rebuilder = None
-        if wait and recording_of(source) is None:
+        if design is not None and pages is not None:
             from mechlab.viewer.streaming import Rebuilder
 
-            design = load_design(source, given)  # type: ignore[arg-type]
-            rebuilder = Rebuilder(server, design, still_story, partial(run_story, rebuild=rebuild))
+            rebuilder = Rebuilder(server, design, pages.still, pages.final)
         try:
             if wait:
                 server.wait()

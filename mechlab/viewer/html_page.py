@@ -97,7 +97,7 @@ SOLVER = (
 """Scripts of the solver, which need no page: together they also run in Node."""
 GEOMETRY = (
     "vectors.js", "edit/rotations.js", "edit/rebase.js", "edit/document_text.js", "edit/attached.js", "edit/plane.js", "edit/reassemble.js",
-    "edit/gears.js", "edit/numbers.js", "edit/outlines.js",
+    "edit/gears.js", "edit/numbers.js", "edit/reproduce.js", "edit/outlines.js",
 )  # fmt: skip
 """Scripts that edit a model document; with SOLVER they also run in Node."""
 EDITING = ("edit/typed.js", "edit/solids.js", "edit/edit_table.js", "edit/handles.js", "edit/editor.js")

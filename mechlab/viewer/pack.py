@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -160,6 +161,7 @@ def pack(story: Story) -> tuple[dict[str, Any], bytes]:
             "speeds": list(SPEEDS),
         },
         "model": None if story.model is None else _pack_model(story.model, block),
+        "named": None if story.named is None else asdict(story.named),
         "explore": None
         if story.explore is None
         else {"rates": dict(story.explore.rates), "reach": _pack_reach(story.explore.reach, block)},

@@ -19,6 +19,7 @@ from mechlab.viewer.channels import Channels
 if TYPE_CHECKING:
     from mechlab.viewer.explore import Exploration
     from mechlab.viewer.knots import Knots
+    from mechlab.viewer.named_numbers import NamedNumbers
 
 Array = NDArray[np.float64]
 
@@ -223,6 +224,7 @@ class Story:
     floors: drawn instead of the page's own floor;
     model: the mechanism whose bodies, drawn shafts and ground `bodies` are, which the page solves;
     knots: coordinates of it, from which the page has its poses instead of `poses`, see `mechlab.viewer.knots`;
+    named: parameters of the definition that numbers of the model follow, see `mechlab.viewer.named_numbers`;
     channels: all that were recorded, for plots that are asked for in the page; clips: parts
     of the story that buttons play one at a time; fields: quantities that color the surface of a part. Raises
     MechlabError, naming the culprit, for anything that does not fit together.
@@ -254,6 +256,7 @@ class Story:
     floors: tuple[Floor, ...] = ()
     model: Mechanism | None = None
     knots: Knots | None = None
+    named: NamedNumbers | None = None
     channels: Channels = field(default_factory=Channels)
     clips: tuple[Clip, ...] = ()
     fields: tuple[ColorField, ...] = ()

@@ -149,3 +149,26 @@ def test_a_pivot_is_pushed_with_keys_and_a_recording_is_left(look: Callable[...,
     page.evaluate("lab.seek(0.1)")
     np.testing.assert_allclose(np.array(page.evaluate(POSES)), np.array(before), atol=1e-9)
     assert json.dumps(page.evaluate("lab.explorer.model.document.bodies[0].placement.position")) == "[0, 0, 0]"
+
+
+def test_the_line_that_reproduces_an_edit(opened: Callable[..., Any]) -> None:
+    """Two lengths that are parameters give key=value; built with it the definition has the lengths of the page. A pivot that no
+    parameter moves says so."""
+    page = opened("fourbar")
+    code = page.locator(".reproduce code")
+    type_into(page, "length", "120mm")
+    assert code.text_content() == "mechlab view fourbar crank=120mm"
+    drag(page, "pin", (12.0, -9.0))
+    words = code.text_content().split()
+    assert words[:4] == ["mechlab", "view", "fourbar", "crank=120mm"]
+    given = dict(word.split("=") for word in words[3:])
+    assert set(given) == {"crank", "coupler", "rocker"}
+    twin = api.load("fourbar", given).mechanism()
+    document = page.evaluate("lab.explorer.model.document")
+    for body, same in zip(document["bodies"], twin.bodies, strict=True):
+        assert body["shapes"][0]["size"]["length"] == pytest.approx(same.shapes[0].parameters["length"], rel=1e-10)
+        assert body["inertia"]["mass"] == pytest.approx(same.inertia.mass, rel=1e-9)
+    middle = next(f for f in document["frames"] if f["name"] == "middle")["placement"]["position"][0]
+    assert middle == pytest.approx(twin.frame("middle").placement.position[0], rel=1e-10)
+    drag(page, "rocker angle", (0.0, -15.0))
+    assert "No named parameters" in page.locator(".reproduce").text_content()

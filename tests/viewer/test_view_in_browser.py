@@ -175,6 +175,8 @@ def test_a_link_brings_the_whole_view_back(page: Any, look: Look, path: Path) ->
         np.testing.assert_allclose(other.evaluate(PROJECT, body), page.evaluate(PROJECT, body), atol=1e-4)
     # What does not exist is left alone.
     other.evaluate("lab.address.apply('hide=nobody&pin=nobody&plot=nothing&section=w,1&camera=1,2&t=x&drive=1,none')")
+    for broken in ("section=constructor,0", "drive=1,toString", "camera=0,0,0,0,0,0", "camera=1e300,0,0,0,0,0", "%"):
+        other.evaluate("text => { lab.address.apply(text); lab.viewer.render(); }", broken)
     assert other.errors == []
 
 

@@ -49,7 +49,7 @@ class Address {
       const away = explorer.story.variants[j].values.map((x) => Math.abs(x - value));
       explorer.pick(j, away.indexOf(Math.min(...away)));
     }
-    if (wishes.has("drive")) explorer.give(Object.fromEntries(pairs("drive")));
+    if (wishes.has("drive")) explorer.give(Object.fromEntries(pairs("drive").filter(([name]) => Object.hasOwn(explorer.values, name))));
     const [choice, ...roles] = wishes.getAll("forces");
     if (choice && explorer.freeBody) explorer.freeBody.choose(choice, roles);
   }
@@ -67,8 +67,8 @@ class Address {
       if (known && known.box.checked !== (on === "1")) known.box.click();
     }
     if (wishes.has("hide")) inspector.visibility.set(wishes.getAll("hide").map(body).filter((k) => k !== null));
-    const [axis, at, side] = (wishes.get("section") || "").split(",");
-    if (axis in AXES && Number.isFinite(Number(at))) section.set(axis, Number(at), side === "after");
+    const [axis, place, side] = (wishes.get("section") || "").split(",");
+    if (Object.hasOwn(AXES, axis) && Number.isFinite(Number(place))) section.set(axis, Number(place), side === "after");
     if (clips && wishes.has("clip")) clips.choose(wishes.get("clip"));
     if (wishes.has("t") && Number.isFinite(Number(wishes.get("t")))) player.seek(Number(wishes.get("t")));
     if (explorer) this.moveByHand(wishes, explorer);
@@ -78,7 +78,8 @@ class Address {
       wishes.getAll("measure").slice(0, 2).forEach((name, slot) => inspector.measuring.take(slot, inspector.measuring.named.find((x) => x.name === name) || null));
     }
     if (wishes.has("flat")) rig.projection.set(wishes.get("flat") === "1");
-    if (wishes.has("camera") && finite(numbers("camera"), 6)) rig.look(numbers("camera").slice(0, 3), numbers("camera").slice(3));
+    const camera = numbers("camera"), eye = camera.slice(0, 3), at = camera.slice(3);
+    if (finite(camera, 6) && canLook(eye, at, stage.framing.radius)) rig.look(eye, at);
     if (wishes.has("pin")) inspector.pin(body(wishes.get("pin")));
     if (wishes.has("follow")) follow.set(body(wishes.get("follow")));
     if (curves && curves.picker) for (const name of wishes.getAll("plot")) if (curves.picker.items.some((item) => item.name === name)) curves.picker.choose(name);
@@ -92,6 +93,11 @@ class Address {
     try { history.replaceState(null, "", link); } catch (error) { /* A page without an address of its own, as in a notebook. */ }
     try { await navigator.clipboard.writeText(link); return true; } catch (error) { return false; }
   }
+}
+
+/** Whether a camera can look from `eye` to `at`: not from the very place, nor from where nothing can be told apart. */
+function canLook(eye, at, radius) {
+  return length3(minus3(eye, at)) > 1e-6 * radius && Math.max(length3(eye), length3(at)) < 1e6 * radius;
 }
 
 /** The button that copies the link, with an answer that a reader hears too. */

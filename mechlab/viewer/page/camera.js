@@ -110,9 +110,7 @@ function addViewButtons(rig, holder) {
 function savePicture({ quality, viewer }) {
   quality.full();
   viewer.renderer.domElement.toBlob((blob) => {
-    const link = make("a", { href: URL.createObjectURL(blob), download: `${document.title.replace(/[^\w-]+/g, "-") || "mechanism"}.png` });
-    link.click();
-    setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+    saveFile(`${document.title.replace(/[^\w-]+/g, "-") || "mechanism"}.png`, blob);
   });
 }
 

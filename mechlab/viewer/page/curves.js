@@ -75,8 +75,10 @@ function curvesToCsv(times, series, unit, first, last) {
   return `${lines.join("\r\n")}\r\n`;
 }
 
-function saveText(name, text, type) {
-  const link = make("a", { href: URL.createObjectURL(new Blob([text], { type })), download: name });
+function saveText(name, text, type) { saveFile(name, new Blob([text], { type })); }
+
+function saveFile(name, blob) {
+  const link = make("a", { href: URL.createObjectURL(blob), download: name });
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }

@@ -59,6 +59,7 @@ class Live {
     this.parts = parts;
     this.form = this.controls.length ? addControls(this, parts.panel) : null;
     parts.player.onTime(() => this.leave());
+    if (parts.explorer) parts.explorer.editor.connect((values) => { Object.assign(this.typed, values); this.ask(); });
   }
 
   /** Shows the newest poses, where they are those of the story that is shown. */

@@ -8,6 +8,7 @@ class EditTable {
     this.more = make("tbody", {});
     this.details = make("details", { class: "more" }, make("summary", {}, "Everything else: directions, placements, sizes"), make("table", {}, this.more));
     this.said = make("p", { class: "state", role: "status", "aria-live": "polite", hidden: true });
+    this.line = make("p", { class: "reproduce", hidden: true });
     const tool = (words, title, action) => make("button", { type: "button", title, onclick: action }, words);
     const parts = make("select", { "aria-label": "Part", onchange: () => editor.inspector.pin(editor.explorer.stage.bodies.indexOf(parts.value)) });
     this.parts = parts;
@@ -15,7 +16,7 @@ class EditTable {
       make("div", { class: "hand-head" }, this.title, make("div", { class: "tools" }, tool("Save", "Download the model as JSON for mechlab run", () => editor.save()), tool("Done", "Leave edit mode (E)", () => editor.switch(false)))),
       make("p", { class: "hint" }, editor.normal ? "Drag a pivot, or type a number with its unit (120mm, 37deg). The loops stay closed; Undo takes it back."
         : "Type a number with its unit (120mm, 37deg). The loops stay closed; Undo takes it back."),
-      make("label", { class: "edit-part" }, "Part ", parts), make("table", {}, this.rows), this.details, this.said);
+      make("label", { class: "edit-part" }, "Part ", parts), make("table", {}, this.rows), this.details, this.said, this.line);
     this.key = "";
     this.fields = [];
   }
@@ -61,6 +62,9 @@ class EditTable {
     this.title.textContent = "Edit the geometry";
     this.said.hidden = !editor.words;
     this.said.className = `state ${editor.kind || "ok"}`;
+    const line = editor.on ? editor.line() : "", edited = Boolean(editor.explorer.source.drawnAs) && Boolean(editor.explorer.story.named);
+    this.line.hidden = !edited;
+    this.line.replaceChildren(...(line ? ["The same, with the masses of the definition: ", make("code", {}, line), ...(editor.send ? [make("button", { type: "button", id: "edit-send", onclick: () => editor.build() }, "Build and check in Python")] : [])] : ["No named parameters give this shape; save the model."]));
     this.said.replaceChildren(make("span", { class: "mark", "aria-hidden": "true" }, { error: "\u2715", warning: "!" }[editor.kind] || "\u2713"), make("span", {}, editor.words));
   }
 }

@@ -103,6 +103,7 @@ class Editor {
     const { explorer } = this, { story } = explorer;
     this.busy = true;
     if (!explorer.begun) explorer.history.push(explorer.state());
+    model = this.follow(model);
     const { document } = model;
     const marks = explorer.source.marks.map((mark) => {
       const frame = mark.kind === "frame" && document.frames.find((f) => f.name === mark.name);
@@ -121,6 +122,37 @@ class Editor {
     const words = [...faults, moved ? "A drive had to move." : "", still.length ? `Mass and inertia of ${still.join(", ")} stay as they were.` : ""].filter(Boolean).join(" ");
     this.say(faults.length ? "warning" : "ok", words || "Assembled; all loops are closed.");
     this.refresh();
+  }
+
+  /** Where an edit is one of named parameters, all numbers follow them; else the model as it is. */
+  follow(model) {
+    const { named, model: first } = this.explorer.story;
+    const edit = named && namedEdit(named, first, model.document);
+    if (!edit) return model;
+    const next = new PageModel(followed(model.document, edit)), closed = openBy(next) > 1e-14 * next.size ? closedNear(next, next.home, {}) : next.home;
+    return closed ? settled(next, closed) : model;
+  }
+
+  /** In a live page: `send(values)` has Python build a shape from named parameters, and check it by all witnesses. */
+  connect(send) {
+    this.send = send;
+    this.refresh();
+  }
+
+  build() { this.send(Object.fromEntries([...this.edit().values].map(([{ key }, value]) => [key, String(value)]))); }
+
+  /** What named parameters make the shown mechanism of the story's, or null. */
+  edit() {
+    const { story, source } = this.explorer;
+    return story.named && source.drawnAs ? namedEdit(story.named, story.model, source.model) : null;
+  }
+
+  /** The line that reproduces what is shown; empty where none does. */
+  line() {
+    const { named } = this.explorer.story, edit = this.edit();
+    if (!edit) return "";
+    const given = named.given.filter((text) => ![...edit.values.keys()].some(({ key }) => text.startsWith(`${key}=`)));
+    return ["mechlab view", named.name, ...given, ...[...edit.values].map(([parameter, value]) => keyValue(parameter, value))].join(" ");
   }
 
   /** The tints of the picked part, which new shapes have lost. */
