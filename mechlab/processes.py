@@ -14,6 +14,9 @@ from typing import TypeVar
 Task = TypeVar("Task")
 Found = TypeVar("Found")
 
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", "LP_NUM_THREADS": "0"}
+"""Settings of a worker that the user did not make: numpy's algebra and Mesa's software renderer start no threads of their own,
+since every core already has a worker."""
 AHEAD = 4
 """Number of tasks submitted to the pool for each worker."""
 
@@ -48,7 +51,9 @@ def in_processes(work: Callable[[Task], Found], tasks: Sequence[Task], workers: 
 
 
 def _begin() -> None:
-    """Start of a worker: it ignores Ctrl-C, which the parent handles, and ends when the parent process ends."""
+    """Start of a worker: it works in one thread, ignores Ctrl-C, which the parent handles, and ends when the parent process ends."""
+    for name, value in ONE_THREAD.items():
+        os.environ.setdefault(name, value)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if (parent := parent_process()) is not None:
         Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()

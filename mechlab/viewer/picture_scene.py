@@ -16,7 +16,8 @@ from mechlab.viewer.story import TRACES, Color, Story
 from mechlab.viewer.trails import Trail
 
 SUN = np.array([0.55, 0.6, -1.25]) / math.sqrt(0.55**2 + 0.6**2 + 1.25**2)  # direction in which the light travels
-_SHADOW_PIXELS = 4096
+_SHADOW_PIXELS, _SMALL = 4096, 800
+"""Side of the map of the shadows; half of it is enough for a picture at most _SMALL pixels wide, at a quarter of its memory."""
 
 
 def compile_scene(
@@ -61,7 +62,7 @@ def _set_looks(spec: Any, framing: Framing, size: tuple[int, int]) -> None:
     visual.global_.offwidth, visual.global_.offheight = size
     visual.global_.fovy = math.degrees(FIELD_OF_VIEW)
     visual.quality.offsamples = 4
-    visual.quality.shadowsize = _SHADOW_PIXELS
+    visual.quality.shadowsize = _SHADOW_PIXELS // 2 if max(size) <= _SMALL else _SHADOW_PIXELS
     visual.headlight.ambient = [0.48, 0.48, 0.49]
     visual.headlight.diffuse = [0.1, 0.1, 0.1]
     visual.headlight.specular = [0.0, 0.0, 0.0]

@@ -13,7 +13,17 @@ import pytest
 
 import mechlab as ml
 from mechlab.formats.mechanism_json import to_json
-from mechlab.mechanism import Builder, Inertia, Mechanism, TreeKinematics, prismatic, revolute, spherical, structure
+from mechlab.mechanism import (
+    Builder,
+    ConstraintSet,
+    Inertia,
+    Mechanism,
+    TreeKinematics,
+    prismatic,
+    revolute,
+    spherical,
+    structure,
+)
 from mechlab.mechanism.geometry import Placement
 from mechlab.mechanism.kinematics import integrate
 from mechlab.viewer import html_page
@@ -201,6 +211,39 @@ def test_a_locked_joint_holds_while_a_point_is_pulled() -> None:
         assert report["miss"] == pytest.approx(abs(reach - 0.3), abs=1e-10)
         report = page.ask("solve", locked=["elbow"], drives={"elbow": 1.0})
         assert report["stops"] == [{"name": "elbow", "why": "locked"}]
+
+
+def pulled_far(m: Mechanism, page: Conversation, rng: np.random.Generator) -> dict[str, object]:
+    """The report after a body of m was pulled from home to a point out of reach, picture by picture."""
+    size, q = page.ask("facts")["size"], np.array(page.ask("set", q=m.reference().tolist()))
+    body, point = str(rng.choice([b.name for b in m.bodies])), rng.uniform(-0.05, 0.05, 3) * size
+    rotation, origin = TreeKinematics(m, q).pose(body)
+    start, way = origin + rotation @ point, rng.normal(size=3) * size * rng.choice([0.3, 1.0, 3.0])
+    for picture in range(30):
+        grab = {"body": body, "point": point.tolist(), "target": (start + way * min(1.0, (picture + 1) / 12)).tolist()}
+        report = page.ask("solve", grab=grab)
+    return report
+
+
+def test_a_pull_out_of_reach_leaves_a_margin_where_the_closure_is_singular() -> None:
+    """Where the closure loses rank, no drive can be moved on: a pull keeps away from it, by numpy's singular values."""
+    m = ml.load("delta6").mechanism("full")
+    constraints, scale = ConstraintSet(m), Witness(m, ()).scale
+    rng = np.random.default_rng(1)
+
+    def least(q: object) -> float:
+        """Smallest singular value that counts."""
+        jacobian = constraints.jacobian(TreeKinematics(m, np.array(q))) * scale
+        return float(np.linalg.svd(jacobian)[1][structure(m).rank - 1])
+
+    near = []
+    with Conversation(m) as page:
+        for _ in range(24):
+            report = pulled_far(m, page, rng)
+            assert report["closed"]
+            near.append(least(report["q"]) / least(m.reference()))
+    # the page's margin is 1e-3 of a pivot of scaled rows, which is the singular value to a factor of ten or so
+    assert min(near) > 1e-4
 
 
 def test_a_joint_at_the_end_of_its_range_is_held_and_let_go() -> None:

@@ -1,4 +1,4 @@
-// Rows A of a linear system A y = b as A = L Q^T, by Householder reflections with row pivoting. Allocates only when it is made.
+// Rows A of a linear system A y = b as A = L Q^T, by Householder reflections with row pivoting.
 
 class RowFactors {
   /** Room for `capacity` rows of length n; `stage` takes them in from `matrix`. */
@@ -155,6 +155,10 @@ class RowFactors {
 
 /** `count` arrays of n zeros. */
 function arrays(count, n) { return Array.from({ length: count }, () => new Float64Array(n)); }
+
+function divide(x, by) { for (let k = 0; k < x.length; k++) x[k] /= by; }
+
+function addTo(x, share, y) { for (let k = 0; k < x.length; k++) x[k] += share * y[k]; }
 
 function dot(a, b) {
   let sum = 0;

@@ -8,7 +8,7 @@ class Hold {
     this.range = this.quantity.range;
     this.row = model.row(name).map((x, k) => x * scale[k]);
     this.norm = norm(this.row) || 1;
-    for (let k = 0; k < this.row.length; k++) this.row[k] /= this.norm;
+    divide(this.row, this.norm);
     this.target = 0;
   }
 
@@ -39,7 +39,7 @@ class BlendHold {
     this.holds = holds;
     this.weights = weights;
     this.row = new Float64Array(holds[0].row.length);
-    holds.forEach((hold, i) => { for (let k = 0; k < this.row.length; k++) this.row[k] += weights[i] * hold.row[k]; });
+    holds.forEach((hold, i) => addTo(this.row, weights[i], hold.row));
   }
 
   error(q) { return this.holds.reduce((sum, hold, i) => sum + this.weights[i] * hold.error(q), 0); }

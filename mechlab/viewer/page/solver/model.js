@@ -1,4 +1,4 @@
-// The mechanism of a model document, the JSON that `generate` writes. The solver's scripts need no page: they also run in Node.
+// The mechanism of a model document, the JSON that `generate` writes.
 
 // kind: axes of the offset rows; axes of a and of b of the angle rows. As mechanism/constraints.py.
 const LOOP_ROWS = {

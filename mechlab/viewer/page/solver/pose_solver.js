@@ -93,28 +93,30 @@ class PoseSolver {
     const { manifold, q, model, walk } = this, values = {};
     walk.place();
     for (const name of model.names) values[name] = model.value(name, q);
-    const gap = manifold.closure.residual.reduce((most, x) => Math.max(most, Math.abs(x)), 0), closed = manifold.gap() < 1e-9;
+    const gap = Math.max(0, ...manifold.closure.residual.map(Math.abs)), closed = manifold.gap() < 1e-9;
     const miss = pull ? pull.miss(manifold.tree, q) * model.size : 0, closeness = Math.min(1, this._distance() / manifold.structure.usual);
     const rank = manifold.ends[0], freedoms = model.nv - rank, modeChanged = walk.changes % 2 === 1;
-    const sentence = solveSentence(stops, modeChanged);
+    const stuck = !pull && closeness < 1e-5 && stops.some(({ why }) => why === "singular");
+    const sentence = solveSentence(stops, stuck, modeChanged);
     return { closed, gap, values, stops, rank, freedoms, closeness, miss, modeChanged, sentence };
   }
 }
 
 const STOP_WORDS = {
-  range: "cannot go further: the range ends there",
-  fold: "cannot go further: the mechanism is stretched or folded there",
-  singular: "cannot go further: assembly modes meet there, and the way on cannot be told",
-  locked: "cannot move: what is locked holds it",
+  range: "the range ends there",
+  fold: "the mechanism is stretched or folded there",
+  singular: "the pose there is singular, assembly modes meet in it",
+  locked: "what is locked holds it",
 };
 
 /** What a solve has to say, in one sentence; empty when everything is where it was asked to be. */
-function solveSentence(stops, modeChanged) {
+function solveSentence(stops, stuck, modeChanged) {
   const parts = [];
   for (const [why, words] of Object.entries(STOP_WORDS)) {
     const names = new Set(stops.filter((stop) => stop.why === why).map((stop) => stop.name));
-    if (names.size) parts.push(`${[...names].join(", ")} ${words}`);
+    if (names.size) parts.push(`${[...names].join(", ")} cannot go further: ${words}`);
   }
+  if (stuck) parts.push("undo, or drag it out");
   if (modeChanged) parts.push("the mechanism passed a limit position into another assembly mode");
   return parts.length ? `${parts.join("; ")}.` : "";
 }

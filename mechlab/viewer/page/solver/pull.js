@@ -58,10 +58,10 @@ class Pull {
     let square = dot(rest, rest);
     for (let pass = 0, end = 1e-24 * square; pass < 3 && square > end; pass++) {
       combine(free, free.map((row) => dot(row, p)), h);
-      for (let k = 0; k < y.length; k++) h[k] += damping * p[k];
+      addTo(h, damping, p);
       const share = square / dot(p, h), last = square;
-      for (let k = 0; k < y.length; k++) y[k] += share * p[k];
-      for (let k = 0; k < y.length; k++) rest[k] -= share * h[k];
+      addTo(y, share, p);
+      addTo(rest, -share, h);
       square = dot(rest, rest);
       for (let k = 0; k < y.length; k++) p[k] = rest[k] + square / last * p[k];
     }
@@ -92,7 +92,7 @@ class Pull {
       }
       if (miss < 1e-12) return "";
       made = this._nearer(walk, held, miss, damping);
-      if (!made) return this.flipped ? "singular" : "";
+      if (!made) return this.singular ? "singular" : "";
     }
     return "";
   }
@@ -101,25 +101,27 @@ class Pull {
   _nearer(walk, held, miss, least) {
     const { manifold, tangent } = walk, { factors } = manifold, { way, before } = this;
     let damping = least;
-    this.flipped = false;
+    this.singular = false;
     while (this.tries-- > 0) {
       walk.factor(held);
       const length = this.step(factors, damping, tangent);
       if (walk.active.length && this._inward(walk, damping)) continue;
       if (!(length > STATIONARY)) return 0;
-      for (let k = 0; k < tangent.length; k++) tangent[k] /= length;
+      divide(tangent, length);
       if (walk.block()) continue;
       way.set(tangent);
       before.set(this.gradient);
       const slope = factors.project(before);
       walk.turning.fill(0);
+      const margin = Math.min(manifold.pivot, manifold.structure.margin);
       const made = walk.step(Math.min(length * this.stretch, this.longest), held, held, way);
-      if (made.good && made.rate > BEND && this.miss(manifold.tree, walk.next) < miss) {
+      const singular = made.flipped || (made.good && manifold.pivot < margin);
+      if (made.good && !singular && made.rate > BEND && this.miss(manifold.tree, walk.next) < miss) {
         walk.take(made, false);
         this.longest = Math.min(LONGEST_PULL, 2 * Math.max(made.length, 0.01));
         return made.length;
       }
-      this.flipped = made.flipped;
+      this.singular = singular;
       this.stretch = 1;
       this.longest = 0.5 * made.length;
       if (this.longest < SHORTEST_STEP) return 0;
@@ -134,7 +136,7 @@ class Pull {
   _inward(walk, damping) {
     const { rows, offset, after } = this, { tangent } = walk;
     combine(rows, rows.map((row, a) => offset[a] - dot(row, tangent)), after);
-    for (let k = 0; k < after.length; k++) after[k] -= damping * tangent[k];
+    addTo(after, -damping, tangent);
     return walk.letGo(walk.manifold.factors.rotate(after));
   }
 }

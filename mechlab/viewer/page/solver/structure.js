@@ -1,6 +1,7 @@
 // What the constraints are worth: rank at closed poses, sizes of rows, independent drives.
 
 const RANK_TOLERANCE = 1e-8;
+const MARGIN = 1e-3; // share of the smallest usual pivot that a pull leaves
 const CLEAR_SHARE = 1e-3; // share of a rate beyond which it is a good coordinate
 
 /** Units of the rates: 1 for turns, the size of the mechanism for slides. */
@@ -52,6 +53,7 @@ class Structure {
     this.rank = Math.max(...ranks);
     this.generic = this.poses[ranks.indexOf(this.rank)];
     this._rankAt(this.generic);
+    this.margin = MARGIN * manifold.goodness;
     this.independent = this._independent();
   }
 
@@ -70,7 +72,7 @@ class Structure {
       manifold.factor([]);
       for (let k = 0; k < y.length; k++) y[k] = Math.sin(12.9898 * (k + 1) * (n + 1));
       manifold.factors.project(y);
-      const largest = y.reduce((most, x) => Math.max(most, Math.abs(x)), 1e-12), q = model.home.slice();
+      const largest = Math.max(1e-12, ...y.map(Math.abs)), q = model.home.slice();
       manifold.move(model.home, y.map((x) => spread * x / largest), q);
       if (manifold.correct(q, [], Infinity, 40) >= 0) poses.push(q);
     }

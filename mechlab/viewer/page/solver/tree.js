@@ -45,7 +45,7 @@ function quaternionOf(r, i, out, at) {
     out[at + c] = r[i + 3 * c + a] + r[i + 3 * a + c];
     out[at + 3] = r[i + 3 * c + b] - r[i + 3 * b + c];
   }
-  const n = (out[at + 3] < 0 ? -1 : 1) / Math.sqrt(out[at] ** 2 + out[at + 1] ** 2 + out[at + 2] ** 2 + out[at + 3] ** 2);
+  const n = (out[at + 3] < 0 ? -1 : 1) / Math.hypot(out[at], out[at + 1], out[at + 2], out[at + 3]);
   for (let k = at; k < at + 4; k++) out[k] *= n;
 }
 
@@ -77,8 +77,7 @@ class Tree {
     this.rotation = new Float64Array(9 * n + 9); // the ground comes last
     this.rotation[9 * n] = this.rotation[9 * n + 4] = this.rotation[9 * n + 8] = 1;
     this.origin = new Float64Array(3 * n + 3);
-    this.axes = new Float64Array(3 * model.nv);
-    this.anchors = new Float64Array(3 * model.nv);
+    [this.axes, this.anchors] = arrays(2, 3 * model.nv);
     this._here = new Float64Array(9);
     this._point = new Float64Array(3);
   }

@@ -62,7 +62,7 @@ class Walk {
       t.fill(0, 0, factors.rank);
       const rate = norm(factors.rotateBack(t));
       if (rate < NO_MOTION) return rate;
-      for (let k = 0; k < t.length; k++) t[k] /= rate;
+      divide(t, rate);
       if (!this.block()) return rate;
     }
     return 0;
@@ -129,7 +129,7 @@ class Walk {
     manifold.factor([held, active]);
     after.set(row);
     made.rate = factors.project(after);
-    for (let k = 0; k < after.length; k++) after[k] /= made.rate || 1;
+    divide(after, made.rate || 1);
     made.cosine = dot(after, t);
     made.flipped = this._crossing.happened(factors, manifold.rows);
     made.good = made.off <= STRAY * way + 1e-9 && !made.flipped;
