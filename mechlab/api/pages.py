@@ -117,6 +117,14 @@ def at_fidelity(d: Design, fidelity: str | None) -> Design:
     return replace(d, entry=replace(entry, expand=None, fidelities=only, default_fidelity=fidelity, scenes=scenes))
 
 
+def _catalogued(recording: Recording) -> Design | None:
+    """The design of the catalog that a run is of; None for a mechanism that only has the name of one."""
+    if recording.name not in catalog.NAMES or not recording.parameters:
+        return None
+    d = design(catalog.entry(recording.name), {k: v for k, v in recording.parameters.items() if v is not None})
+    return d if d.mechanism(recording.fidelity) == recording.mechanism else None
+
+
 def run_story(recording: Recording, rebuild: bool = True) -> Story:
     """A run, drawn in the richest fidelity where its entry can rebuild that from it; without `rebuild` in its own."""
     drawn, title, facts = None, "", {"scene": recording.scene, "fidelity": recording.fidelity}
@@ -125,9 +133,9 @@ def run_story(recording: Recording, rebuild: bool = True) -> Story:
     facts |= {"engine": f"{s.engine}, {s.integrator}, step {s.timestep:g} s"}
     if recording.acts:
         facts["what acts"] = recording.acts
-    if recording.name in catalog.NAMES:
-        entry = catalog.entry(recording.name)
-        d = design(entry, {k: v for k, v in recording.parameters.items() if v is not None})
+    d = _catalogued(recording)
+    if d is not None:
+        entry = d.entry
         title, summary, plots = entry.title, entry.summary, entry.plots
         facts |= _facts(d)
         if rebuild and entry.expand is not None:

@@ -34,7 +34,7 @@ from mechlab.viewer.pack import quaternions
 from mechlab.viewer.story import Story, frozen
 
 _STARTUP_SECONDS = 10.0
-_LARGEST_MESSAGE = 65536  # bytes that a browser may send at once
+_LARGEST_MESSAGE = 1_000_000  # bytes that a browser may send at once: the JSON of a large model
 _DEEPEST_MESSAGE = 8  # lists and objects in each other in a message
 _MOST_TEXT = 2000  # characters of one value
 
@@ -94,6 +94,8 @@ class Server:
         self.loopback = _is_loopback(host)
         self.on_values: Callable[[Mapping[str, str], Reply], None] | None = None
         """Called with the parameters that a browser sends, and the function that answers it."""
+        self.on_model: Callable[[str, Reply], None] | None = None
+        """Called with the JSON of a model that a browser sends, and the function that answers it."""
         self._session = secrets.token_hex(8)
         self._shown = _Shown(0, story, ())
         self._last: str | None = None
@@ -333,14 +335,16 @@ class _Live(websocket.WebSocketHandler):
             self.push_pose(self._next_pose)
 
     def on_message(self, message: str | bytes) -> None:
-        """Parameters {"type": "values", "values": {key: text}} are passed to `on_values`, {"type": "show"} is answered with
-        the story; anything else is ignored."""
+        """Parameters {"type": "values", "values": {key: text}} are passed to `on_values`, a model {"type": "model", "text": its
+        JSON} to `on_model`, {"type": "show"} is answered with the story; anything else is ignored."""
         sent = read_message(message)
         if sent.get("type") == "show" and (self._telling is None or self._telling.done()):
             self._telling = self.push(json.dumps({"type": "document", **self.server.document()}, allow_nan=False))
         values = wanted_values(sent)
         if values is not None and self.server.on_values is not None:
             self.server.on_values(values, self.answer)
+        if sent.get("type") == "model" and isinstance(sent.get("text"), str) and self.server.on_model is not None:
+            self.server.on_model(sent["text"], self.answer)
 
     def answer(self, reason: str | None) -> None:
         """Tells this browser that its parameters are built, or why they are refused; from any thread."""

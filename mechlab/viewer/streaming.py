@@ -22,9 +22,11 @@ from mechlab.experiment.laws import Plant
 from mechlab.experiment.parameters import describe
 from mechlab.experiment.recording import Recording, basic_channels
 from mechlab.experiment.scene import Scene
+from mechlab.formats.mechanism_json import from_json
 from mechlab.lab.design import Design
 from mechlab.lab.design import design as made_of
 from mechlab.lab.fidelity.choose import chosen_scene
+from mechlab.lab.own_mechanism import entry_of
 from mechlab.lab.run import run_scene
 from mechlab.mechanism.geometry import Array
 from mechlab.values import parse_value
@@ -160,6 +162,8 @@ def stream(
     return thread
 
 
+Wish = dict[str, str] | str
+"""What a browser asks for: parameters {key: text}, or the JSON of a model."""
 PATIENCE = 20.0
 """How long a run that is no longer wanted may take to end [s]."""
 
@@ -179,12 +183,12 @@ class Rebuilder:
         self.server, self.design, self.still, self.final = server, first, still, final
         self.built = 0
         """How many designs were made for wishes."""
-        self._wishes: dict[Reply, dict[str, str]] = {}
+        self._wishes: dict[Reply, Wish] = {}
         self._changed = threading.Condition()
         self._stop = threading.Event()
         server.show(server.story, controls(first))
         self._run = stream(server, first, final, stop=self._stop.is_set)
-        server.on_values = self._take
+        server.on_values, server.on_model = self._take, self._take_model
         self._thread = threading.Thread(target=self._work, name="mechlab-rebuild", daemon=True)
         self._thread.start()
 
@@ -197,7 +201,13 @@ class Rebuilder:
 
     def _take(self, values: Mapping[str, str], reply: Reply) -> None:
         with self._changed:
-            self._wishes[reply] = self._wishes.pop(reply, {}) | dict(values)
+            before = self._wishes.pop(reply, {})
+            self._wishes[reply] = dict(values) if isinstance(before, str) else before | dict(values)
+            self._changed.notify()
+
+    def _take_model(self, text: str, reply: Reply) -> None:
+        with self._changed:
+            self._wishes[reply] = text
             self._changed.notify()
 
     def _work(self) -> None:
@@ -207,10 +217,10 @@ class Rebuilder:
                     self._changed.wait(0.2)
                 wishes, self._wishes = self._wishes, {}
             if wishes and not self._attempt(wishes):
-                for reply, values in wishes.items():
-                    self._attempt({reply: values})
+                for reply, wish in wishes.items():
+                    self._attempt({reply: wish})
 
-    def _attempt(self, wishes: Mapping[Reply, Mapping[str, str]]) -> bool:
+    def _attempt(self, wishes: Mapping[Reply, Wish]) -> bool:
         """Builds wishes together, and answers; False, without an answer, where those of several browsers fail."""
         try:
             self._rebuild(wishes)
@@ -221,15 +231,28 @@ class Rebuilder:
                 reply(sentence_of(error))
         return True
 
-    def _overtaken(self, wishes: Mapping[Reply, Mapping[str, str]]) -> bool:
-        """Whether every browser has sent all of its parameters anew."""
-        with self._changed:
-            return all(values.keys() <= self._wishes.get(reply, {}).keys() for reply, values in wishes.items())
+    def _overtaken(self, wishes: Mapping[Reply, Wish]) -> bool:
+        """Whether every browser has sent another model, or all of its parameters, anew."""
 
-    def _rebuild(self, wishes: Mapping[Reply, Mapping[str, str]]) -> None:
+        def again(wish: Wish, later: Wish) -> bool:
+            return isinstance(later, str) or (not isinstance(wish, str) and wish.keys() <= later.keys())
+
+        with self._changed:
+            return all(again(wish, self._wishes.get(reply, {})) for reply, wish in wishes.items())
+
+    def _made(self, wishes: Mapping[Reply, Wish]) -> Design:
+        """The design that is asked for: a model as it is, else the present one with other parameters."""
+        models = [wish for wish in wishes.values() if isinstance(wish, str)]
+        if models and len(wishes) > 1:
+            raise MechlabError("a model and other wishes are built one after another.")
+        if models:
+            return made_of(entry_of(from_json(models[0])), {})
+        asked = {key: parse_value(key, text) for wish in wishes.values() if not isinstance(wish, str) for key, text in wish.items()}
+        return made_of(self.design.entry, dict(self.design.given) | asked)
+
+    def _rebuild(self, wishes: Mapping[Reply, Wish]) -> None:
         """Raises for values that make no mechanism; then the old one stays and runs on."""
-        asked = {key: parse_value(key, text) for values in wishes.values() for key, text in values.items()}
-        changed = made_of(self.design.entry, dict(self.design.given) | asked)
+        changed = self._made(wishes)
         self.built += 1
         story = self.still(changed)
         chosen_scene(changed)

@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 import pytest
 
+import mechlab as ml
 from mechlab.api.finding import load_design
-from mechlab.api.pages import LivePages, still_story
+from mechlab.api.pages import LivePages, run_story, still_story
+from mechlab.formats.mechanism_json import from_json, to_json
 from mechlab.viewer import witnessed as module
 from mechlab.viewer.live import serve
 from mechlab.viewer.streaming import Rebuilder
@@ -65,3 +68,39 @@ def test_an_edit_in_the_live_page_comes_back_checked(look: Callable[..., Any], u
             assert lengths[0] == pytest.approx(0.12, abs=1e-15)
         finally:
             rebuilder.end()
+
+
+@pytest.mark.browser
+def test_a_model_without_parameters_is_built_and_checked_too(look: Callable[..., Any], until: Callable[..., None]) -> None:
+    """The edited model itself goes to Python: a coupler of 320 mm closes to the rocker angle of the law of cosines."""
+    own = from_json(to_json(ml.load("fourbar").mechanism()))
+    first = load_design(own, {})
+    pages = LivePages(first, False)
+    with serve(pages.shown(still_story(first)), quiet=True) as server:
+        rebuilder = Rebuilder(server, first, pages.still, pages.final)
+        try:
+            page = look(server.url, offline=False, width=1000, height=700)
+            page.evaluate("lab.explorer.editor.switch(true)")
+            page.get_by_label("Part", exact=True).select_option("coupler")
+            page.get_by_label("length", exact=True).fill("320mm")
+            page.get_by_label("length", exact=True).press("Enter")
+            page.evaluate("document.getElementById('edit-send').click()")
+            until(page, "document.getElementById('panel').textContent.includes('checked by numpy, Pinocchio, MuJoCo')")
+            built = rebuilder.design.mechanism()
+            home = {n: float(built.value(n, built.reference())) for n in ("crank_angle", "rocker_angle")}
+        finally:
+            rebuilder.end()
+    pin = 0.1 * np.exp(1j * home["crank_angle"]) - 0.3
+    inner = np.arccos((abs(pin) ** 2 + 0.25**2 - 0.32**2) / (2 * abs(pin) * 0.25))
+    # the saved text has 17 digits, the closure 1e-12
+    assert home["rocker_angle"] == pytest.approx(np.angle(pin) - inner, abs=1e-10)
+
+
+def test_a_mechanism_that_only_has_the_name_of_an_entry_is_not_described_as_that_entry() -> None:
+    """Another mass under the name fourbar: no parameter of the catalog's fourbar stands beside it."""
+    editor = ml.edit(ml.load("fourbar"))
+    editor.change_body("crank", mass=0.7)
+    recording = ml.simulate(editor.build(), duration=0.01)
+    assert recording.name == "fourbar"
+    assert "mass_per_length" not in dict(run_story(recording).facts)
+    assert "mass_per_length" in dict(run_story(ml.simulate("fourbar", duration=0.01)).facts)

@@ -33,6 +33,7 @@ class Live {
       this.sent = null;
       this.refused = message.message;
       this.refresh();
+      if (!this.form) this.say(message.message, "stopped");
     }
   }
 
@@ -59,7 +60,7 @@ class Live {
     this.parts = parts;
     this.form = this.controls.length ? addControls(this, parts.panel) : null;
     parts.player.onTime(() => this.leave());
-    if (parts.explorer) parts.explorer.editor.connect((values) => { Object.assign(this.typed, values); this.ask(); });
+    if (parts.explorer) parts.explorer.editor.connect((values) => { Object.assign(this.typed, values); this.ask(); }, (text) => this.build(text));
   }
 
   /** Shows the newest poses, where they are those of the story that is shown. */
@@ -97,6 +98,14 @@ class Live {
       this.socket.send(JSON.stringify({ type: "values", values }));
       [this.sent, this.typed] = [{ ...this.sent, ...values }, {}];
     }
+    this.refresh();
+  }
+
+  /** Sends a model as text, to be built and checked as it is. */
+  build(text) {
+    if (this.socket.readyState !== WebSocket.OPEN) { this.say("the server has stopped; nothing was sent", "stopped"); return; }
+    this.socket.send(JSON.stringify({ type: "model", text }));
+    this.sent = { ...this.sent };
     this.refresh();
   }
 

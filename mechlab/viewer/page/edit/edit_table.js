@@ -62,9 +62,10 @@ class EditTable {
     this.title.textContent = "Edit the geometry";
     this.said.hidden = !editor.words;
     this.said.className = `state ${editor.kind || "ok"}`;
-    const line = editor.on ? editor.line() : "", edited = Boolean(editor.explorer.source.drawnAs) && Boolean(editor.explorer.story.named);
-    this.line.hidden = !edited;
-    this.line.replaceChildren(...(line ? ["The same, with the masses of the definition: ", make("code", {}, line), ...(editor.send ? [make("button", { type: "button", id: "edit-send", onclick: () => editor.build() }, "Build and check in Python")] : [])] : ["No named parameters give this shape; save the model."]));
+    const { story, source } = editor.explorer, line = editor.on ? editor.line() : "";
+    this.line.hidden = !source.drawnAs || !(story.named || editor.send);
+    const how = line ? ["The same, with the masses of the definition: ", make("code", {}, line)] : story.named ? ["No named parameters give this shape; save the model."] : [];
+    this.line.replaceChildren(...how, ...(editor.send ? [make("button", { type: "button", id: "edit-send", onclick: () => editor.build() }, "Build and check in Python")] : []));
     this.said.replaceChildren(make("span", { class: "mark", "aria-hidden": "true" }, { error: "\u2715", warning: "!" }[editor.kind] || "\u2713"), make("span", {}, editor.words));
   }
 }

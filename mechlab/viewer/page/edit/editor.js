@@ -133,13 +133,18 @@ class Editor {
     return closed ? settled(next, closed) : model;
   }
 
-  /** In a live page: `send(values)` has Python build a shape from named parameters, and check it by all witnesses. */
-  connect(send) {
-    this.send = send;
+  /** In a live page: `send(values)` has Python build a shape from named parameters, `sendModel(text)` from the model as it is;
+   * both are checked by all witnesses. */
+  connect(send, sendModel) {
+    Object.assign(this, { send, sendModel });
     this.refresh();
   }
 
-  build() { this.send(Object.fromEntries([...this.edit().values].map(([{ key }, value]) => [key, String(value)]))); }
+  build() {
+    const edit = this.edit();
+    if (edit) this.send(Object.fromEntries([...edit.values].map(([{ key }, value]) => [key, String(value)])));
+    else this.sendModel(this.text());
+  }
 
   /** What named parameters make the shown mechanism of the story's, or null. */
   edit() {
