@@ -225,7 +225,7 @@ def studio(source: Source, values: Values | None = None, /, **parameters: Value)
     import tempfile
 
     from mechlab.lab.results import FilesResult
-    from mechlab.viewer.live import open_studio
+    from mechlab.viewer.studio import open_studio
 
     design = load_design(source, key_values(values, parameters))
     with tempfile.TemporaryDirectory() as folder:

@@ -1,17 +1,11 @@
-"""Pages that a server keeps up to date: our live page, and MuJoCo's own web viewer.
-
-The live page comes from a small web server on this computer only, which sends poses to every browser that shows it.
-MuJoCo's viewer (running, pushing bodies, stepping back) opens its port to the whole network; a warning says so.
-"""
+"""The live page: a small web server on this computer only, which sends stories and poses to every browser that shows it."""
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
-import importlib
 import ipaddress
 import json
-import os
 import re
 import secrets
 import socket
@@ -20,7 +14,6 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
-from pathlib import Path
 from types import TracebackType
 from typing import Any
 
@@ -28,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from tornado import httpserver, web, websocket
 
-from mechlab.errors import EngineMissing, MechlabError
+from mechlab.errors import MechlabError
 from mechlab.viewer.html_page import packed_story, page_of
 from mechlab.viewer.pack import quaternions
 from mechlab.viewer.story import Story, frozen
@@ -393,37 +386,3 @@ def _depth(message: str) -> int:
         depth += 1 if bracket in "[{" else -1
         deepest = max(deepest, depth)
     return deepest
-
-
-WARNING = (
-    "warning: MuJoCo's web viewer listens on ALL network interfaces, without a password: everybody who can reach this "
-    "computer can move the model and send it files. Use it on a network you trust, or behind a firewall; `mechlab view "
-    "NAME` without --studio stays on this computer."
-)
-
-
-def open_studio(scene: str | os.PathLike[str], title: str) -> None:
-    """Serves MuJoCo's web viewer with the model file `scene` until it is closed or interrupted; prints WARNING on stderr.
-
-    Raises EngineMissing where MuJoCo is missing or older than 4.0, which brought this viewer.
-    """
-    launcher, protocol, app = _studio_modules()
-    mujoco = importlib.import_module("mujoco")
-    model = mujoco.MjModel.from_xml_path(str(Path(scene)))
-    data = mujoco.MjData(model)
-    if model.nkey:
-        mujoco.mj_resetDataKeyframe(model, data, 0)
-    print(WARNING, file=sys.stderr, flush=True)
-    config = protocol.ViewerConfig(title=title, gfx="web")
-    launcher.run(config, model=model, data=data, plugins=[app.App(), *app.SIM_PLUGINS])
-
-
-def _studio_modules() -> tuple[Any, Any, Any]:
-    try:
-        names = ("launch_web", "viewer_protocol", "app")
-        launcher, protocol, app = (importlib.import_module(f"mujoco.studio.{name}") for name in names)
-    except ImportError as error:
-        raise EngineMissing(
-            f"MuJoCo's web viewer needs mujoco 4.0 or later ({error}). Try: pip install 'mujoco>=4.0'"
-        ) from error
-    return launcher, protocol, app

@@ -13,8 +13,7 @@ import pytest
 from mechlab import api
 from mechlab.errors import EngineMissing, MechlabError
 from mechlab.experiment.recording import Recording
-from mechlab.viewer import Story
-from mechlab.viewer import live as studio
+from mechlab.viewer import Story, studio
 from mechlab.viewer.gallery import Exhibit, write_gallery
 from mechlab.viewer.live import serve
 from mechlab.viewer.streaming import stream

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ import mechlab as ml
 from mechlab.api.finding import load_design
 from mechlab.api.pages import LivePages, run_story, still_story
 from mechlab.formats.mechanism_json import from_json, to_json
+from mechlab.lab.design import Design
 from mechlab.viewer import witnessed as module
 from mechlab.viewer.live import serve
 from mechlab.viewer.streaming import Rebuilder
@@ -49,47 +51,44 @@ def test_pages_of_a_changed_design_carry_the_sentence_and_the_names() -> None:
     assert changed.named is not None and next(p.value for p in changed.named.parameters if p.key == "crank") == 0.12
 
 
-@pytest.mark.browser
-def test_an_edit_in_the_live_page_comes_back_checked(look: Callable[..., Any], until: Callable[..., None]) -> None:
-    """A typed length goes to Python as the parameter it is; the page of that design says what the witnesses found."""
-    first = load_design("fourbar", {})
+@contextmanager
+def edited(
+    first: Design, look: Callable[..., Any], until: Callable[..., None], length: str, part: str = ""
+) -> Iterator[tuple[Design, Any]]:
+    """Types a length in the live page of a design and sends it: the design that Python built of it, and the page."""
     pages = LivePages(first, False)
     with serve(pages.shown(still_story(first)), quiet=True) as server:
         rebuilder = Rebuilder(server, first, pages.still, pages.final)
         try:
             page = look(server.url, offline=False, width=1000, height=700)
             page.evaluate("lab.explorer.editor.switch(true)")
-            page.get_by_label("length", exact=True).fill("120mm")
+            if part:
+                page.get_by_label("Part", exact=True).select_option(part)
+            page.get_by_label("length", exact=True).fill(length)
             page.get_by_label("length", exact=True).press("Enter")
             page.evaluate("document.getElementById('edit-send').click()")
             until(page, "document.getElementById('panel').textContent.includes('checked by numpy, Pinocchio, MuJoCo')")
-            assert rebuilder.design.parameters.crank == 0.12
-            lengths = page.evaluate("lab.explorer.model.document.bodies.map(b => b.shapes[0].size.length)")
-            assert lengths[0] == pytest.approx(0.12, abs=1e-15)
+            yield rebuilder.design, page
         finally:
             rebuilder.end()
+
+
+@pytest.mark.browser
+def test_an_edit_in_the_live_page_comes_back_checked(look: Callable[..., Any], until: Callable[..., None]) -> None:
+    """A typed length goes to Python as the parameter it is; the page of that design says what the witnesses found."""
+    with edited(load_design("fourbar", {}), look, until, "120mm") as (built, page):
+        assert built.parameters.crank == 0.12
+        lengths = page.evaluate("lab.explorer.model.document.bodies.map(b => b.shapes[0].size.length)")
+        assert lengths[0] == pytest.approx(0.12, abs=1e-15)
 
 
 @pytest.mark.browser
 def test_a_model_without_parameters_is_built_and_checked_too(look: Callable[..., Any], until: Callable[..., None]) -> None:
     """The edited model itself goes to Python: a coupler of 320 mm closes to the rocker angle of the law of cosines."""
     own = from_json(to_json(ml.load("fourbar").mechanism()))
-    first = load_design(own, {})
-    pages = LivePages(first, False)
-    with serve(pages.shown(still_story(first)), quiet=True) as server:
-        rebuilder = Rebuilder(server, first, pages.still, pages.final)
-        try:
-            page = look(server.url, offline=False, width=1000, height=700)
-            page.evaluate("lab.explorer.editor.switch(true)")
-            page.get_by_label("Part", exact=True).select_option("coupler")
-            page.get_by_label("length", exact=True).fill("320mm")
-            page.get_by_label("length", exact=True).press("Enter")
-            page.evaluate("document.getElementById('edit-send').click()")
-            until(page, "document.getElementById('panel').textContent.includes('checked by numpy, Pinocchio, MuJoCo')")
-            built = rebuilder.design.mechanism()
-            home = {n: float(built.value(n, built.reference())) for n in ("crank_angle", "rocker_angle")}
-        finally:
-            rebuilder.end()
+    with edited(load_design(own, {}), look, until, "320mm", "coupler") as (built, _):
+        m = built.mechanism()
+    home = {n: float(m.value(n, m.reference())) for n in ("crank_angle", "rocker_angle")}
     pin = 0.1 * np.exp(1j * home["crank_angle"]) - 0.3
     inner = np.arccos((abs(pin) ** 2 + 0.25**2 - 0.32**2) / (2 * abs(pin) * 0.25))
     # the saved text has 17 digits, the closure 1e-12
