@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from mechlab.mechanism.batch_tree import BatchRows, BatchTree, Poses, across, crossed
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import Joint, Shaft
 
 BLOCK = 400_000
 """Numbers in the largest array of a block of states."""
@@ -34,7 +35,8 @@ class BatchDynamics:
         self.own = np.diag([j.armature for j in m.joints]).reshape(m.nv, m.nv)
         for s in m.shafts:
             self.own = self.own + s.inertia * np.outer(m.row(s.name), m.row(s.name))
-        passive = [x for x in (*m.joints, *m.shafts) if x.damping or x.stiffness]
+        items: list[Joint | Shaft] = [*m.joints, *m.shafts]
+        passive = [x for x in items if x.damping or x.stiffness]
         self.passive = np.array([m.row(x.name) for x in passive]).reshape(-1, m.nv)
         self.stiffness, self.damping = (np.array([getattr(x, n) for x in passive]) for n in ("stiffness", "damping"))
         self.rest = np.array([x.spring_rest - x.zero for x in passive])
@@ -52,8 +54,7 @@ class BatchDynamics:
     def _block(self, q: Array, v: Array, force: Array) -> Array:
         tree, poses = self.tree, self.tree.at(q)
         screws = tree.screws(poses)
-        links = np.arange(tree.ground)
-        linear, angular = tree.twists(screws, links, v)
+        linear, angular = tree.twists(screws, tree.every, v)
         s, w = screws
         turned = (crossed(angular, s) + crossed(linear, w), crossed(angular, w))
         mass, bias = self._masses(poses, screws, turned, v)

@@ -75,6 +75,7 @@ class BatchTree:
         self._first = np.flatnonzero(depth[:n] == 0)
         self._slides = np.flatnonzero(~self.revolute)
         self.on = self.below.astype(float)
+        self.every: Array = np.arange(n)
         massive = [b for b in m.bodies if b.inertia.mass > 0.0 and place[b.name][0] != n]
         self.masses = np.array([b.inertia.mass for b in massive])
         self.mass_at = self.points([(b.name, np.array(b.inertia.com)) for b in massive])
