@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from mechlab.mechanism.constraints import _LOOP_TABLE, AXES
 from mechlab.mechanism.geometry import Array, skew
@@ -75,7 +75,7 @@ class BatchTree:
         self._first = np.flatnonzero(depth[:n] == 0)
         self._slides = np.flatnonzero(~self.revolute)
         self.on = self.below.astype(float)
-        self.every: Array = np.arange(n)
+        self.every = np.arange(n)
         massive = [b for b in m.bodies if b.inertia.mass > 0.0 and place[b.name][0] != n]
         self.masses = np.array([b.inertia.mass for b in massive])
         self.mass_at = self.points([(b.name, np.array(b.inertia.com)) for b in massive])
@@ -160,7 +160,7 @@ class BatchTree:
             angular[self._slides] = 0.0
         return linear, angular
 
-    def twists(self, screws: tuple[Array, Array], links: Array, u: Array) -> tuple[Array, Array]:
+    def twists(self, screws: tuple[Array, Array], links: Array | NDArray[np.intp], u: Array) -> tuple[Array, Array]:
         """(k, P, 3) velocity of the links' point at the world's origin and angular velocity, for rates u (P, nv)."""
         rates, on = u.T[:, :, None], self.on[links]
         n, count = u.shape[1], u.shape[0]
