@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from mechlab.clock import CostParts
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.scene import Settings
 from mechlab.mechanism.geometry import Array
@@ -107,11 +108,15 @@ class Health:
 
 @dataclass(frozen=True)
 class Cost:
-    """The cost of a run: CPU time of stepping [s], number of steps, evaluations of the equations of motion."""
+    """The cost of a run. total_s: all CPU seconds from the call to the returned recording, the sum of `parts`; 0 where it was not
+    counted. cpu_s: CPU seconds of stepping alone, under a `max_error` of all runs of the error control. steps, evaluations of the
+    equations of motion: of the returned motion."""
 
     cpu_s: float = 0.0
     steps: int = 0
     evaluations: int = 0
+    total_s: float = 0.0
+    parts: CostParts = CostParts()
 
 
 @dataclass(frozen=True, repr=False)

@@ -13,6 +13,7 @@ import numpy as np
 import scipy
 from scipy.interpolate import BPoly
 
+from mechlab.clock import move_cost, spent_on
 from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
 from mechlab.experiment.energy import dissipation, energy_finding
@@ -57,7 +58,9 @@ def run_to_error(design: Design, scene: Scene, max_error: float, at: Sequence[fl
     It is made from the states whose error was estimated where those are all that the scene needs; otherwise an engine runs the
     scene with the accepted settings, and its difference from those states counts as error too.
     """
-    result = solve_to(design, scene, max_error, OUTPUTS)
+    with spent_on("probe"):
+        result = solve_to(design, scene, max_error, OUTPUTS)
+    move_cost("probe", "integrate", result.run_s)
     m = design.mechanism(scene.fidelity)
     remembers = any(tuple(getattr(law, "start", tuple)()) for law in scene.laws)
     suffice = set(scene.needs) <= STATES_SUFFICE and not remembers and result.settings.engine in ("mujoco", "pinocchio")
@@ -65,12 +68,13 @@ def run_to_error(design: Design, scene: Scene, max_error: float, at: Sequence[fl
         return ControlledRun(recording_of(m, scene, result, at), _of_states(m, scene, result, at))
     times = np.union1d(result.t, np.asarray(at, dtype=float)).tolist()
     made = _run(design, scene, result.settings, times)
-    difference = _difference(design, scene, result, made)
-    more = 1.0 + difference / result.estimate if result.estimate > 0.0 else 1.0
-    others = _compared(result, lambda n: _run(design, _captured(scene, n), n.settings, times), more)
-    other = other_softness(m, result.settings)
-    if others and other is not None:
-        others += ((_run(design, scene, other, times), 1.0),)
+    with spent_on("probe"):
+        difference = _difference(design, scene, result, made)
+        more = 1.0 + difference / result.estimate if result.estimate > 0.0 else 1.0
+        others = _compared(result, lambda n: _run(design, _captured(scene, n), n.settings, times), more)
+        other = other_softness(m, result.settings)
+        if others and other is not None:
+            others += ((_run(design, scene, other, times), 1.0),)
     return ControlledRun(with_estimate(made, result, difference), others)
 
 
@@ -80,7 +84,8 @@ def _of_states(m: Mechanism, scene: Scene, result: Solution, at: Sequence[float]
     def make(n: NeighbourMotion) -> Recording:
         return motion_of(m, _captured(scene, n), replace(result, motion=n.motion, q=n.q, v=n.v), at)
 
-    others = _compared(result, make)
+    with spent_on("probe"):
+        others = _compared(result, make)
     if others and result.motion is None and np.setdiff1d(at, result.t).size:
         others += ((motion_of(m, scene, result, at, every=2), BETWEEN),)
     return others
@@ -148,7 +153,14 @@ def motion_of(mechanism: Mechanism, scene: Scene, result: Solution, at: Sequence
 
 def recording_of(mechanism: Mechanism, scene: Scene, result: Solution, at: Sequence[float]) -> Recording:
     """`motion_of`, with its health, cost and versions."""
-    made = motion_of(mechanism, scene, result, at)
+    with spent_on("record"):
+        made = motion_of(mechanism, scene, result, at)
+    with spent_on("check"):
+        return _with_health(made, scene, result)
+
+
+def _with_health(made: Recording, scene: Scene, result: Solution) -> Recording:
+    mechanism = made.mechanism
     t, q, v, channels = made.t, made.q, made.v, made.channels
     power, done = np.zeros(len(t)), np.zeros(len(t))
     for name in mechanism.scalar_names:
