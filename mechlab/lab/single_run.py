@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from importlib import metadata
 
 from mechlab.clock import costed, spent_on
@@ -25,6 +26,12 @@ MOST_STEPS = 5e7
 
 def versions() -> dict[str, str]:
     """Installed versions of what numbers depend on."""
+    return dict(_versions())
+
+
+@lru_cache(maxsize=1)
+def _versions() -> dict[str, str]:
+    """`versions`, looked up once in a process: what is imported stays as it is."""
     out = {}
     for name, distribution in {"mechlab": DISTRIBUTION, **{p: p for p in ("numpy", "scipy", "mujoco", "pin")}}.items():
         try:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import platform
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 import scipy
@@ -31,6 +32,7 @@ from mechlab.lab.design import Design
 from mechlab.lab.methods import Problem
 from mechlab.lab.problem_settings import other_softness
 from mechlab.mechanism import Mechanism
+from mechlab.mechanism.batch_dynamics import BatchDynamics
 from mechlab.mechanism.geometry import Array
 
 OUTPUTS = 400
@@ -137,14 +139,15 @@ def motion_of(mechanism: Mechanism, scene: Scene, result: Solution, at: Sequence
         states = result.motion.states(t, accelerations=True)
         assert states.a is not None
         q, v, a = states.q, states.v, states.a
+        forces = _forces(mechanism, scene, t, q, v)[1]
     else:
-        q, v, a = _interpolated(mechanism, scene, result, t, every)
-    plant = TreePlant(mechanism)
-    forces = []
-    for k in range(len(t)):
-        plant.set(q[k], v[k], float(t[k]))
-        forces.append(applied_force(mechanism, scene.laws, float(t[k]), plant)[1] if scene.laws else {})
-    channels, units = run_channels(mechanism, q, v, a, over_samples(forces))
+        pushes, forces = _forces(mechanism, scene, result.t, result.q, result.v)
+        q, v, a = result.q, result.v, _accelerations(mechanism, result.q, result.v, pushes)
+        if len(t) > len(q) or every > 1:
+            spline = BPoly.from_derivatives(result.t[::every], np.stack([q, v, a], axis=1)[::every])
+            q, v, a = spline(t), spline.derivative()(t), spline.derivative(2)(t)
+            forces = _forces(mechanism, scene, t, q, v)[1]
+    channels, units = run_channels(mechanism, q, v, a, forces)
     return Recording(
         mechanism, t, q, v, channels, units, settings=result.settings, scene=scene.name, name=mechanism.name,
         fidelity=scene.fidelity,
@@ -181,26 +184,26 @@ def _with_health(made: Recording, scene: Scene, result: Solution) -> Recording:
     return replace(made, health=Health(tuple(found)), cost=cost, versions=versions)
 
 
-def _interpolated(
-    mechanism: Mechanism, scene: Scene, result: Solution, t: Array, every: int
-) -> tuple[Array, Array, Array]:
-    """States at times t: those of the result at output times; between them the quintic through positions, rates and
-    accelerations at each `every`-th output time."""
-    known = _accelerations(mechanism, scene, result)
-    if len(t) == len(result.t) and every == 1:
-        return result.q, result.v, known
-    nodes = np.stack([result.q, result.v, known], axis=1)
-    spline = BPoly.from_derivatives(result.t[::every], nodes[::every])
-    return spline(t), spline.derivative()(t), spline.derivative(2)(t)
+def _forces(m: Mechanism, scene: Scene, t: Array, q: Array, v: Array) -> tuple[Array, dict[str, Array]]:
+    """Of the laws, at states q (n, nq), v (n, nv) at times t (n,): generalised forces (n, nv), and joint or shaft -> (n,) force."""
+    if not scene.laws:
+        return np.zeros_like(v), {}
+    plant = TreePlant(m)
+    made = [applied_force(m, scene.laws, x, plant.set(q[k], v[k], x)) for k, x in enumerate(t.tolist())]
+    return np.array([x for x, _ in made]), over_samples([x for _, x in made])
 
 
-def _accelerations(m: Mechanism, scene: Scene, result: Solution) -> Array:
-    """(n, nv) at the output times: rigid dynamics under the laws, without dry friction."""
-    plant, out = TreePlant(m), []
-    for t, q, v in zip(result.t, result.q, result.v, strict=True):
-        plant.set(q, v, float(t))
-        out.append(plant.accelerations(applied_force(m, scene.laws, float(t), plant)[0]))
-    return np.array(out)
+def _accelerations(m: Mechanism, q: Array, v: Array, forces: Array) -> Array:
+    """(n, nv) at states q (n, nq), v (n, nv): rigid dynamics under the forces (n, nv), without dry friction."""
+    if all(j.nv == 1 for j in m.joints):
+        return _dynamics(m).accelerations(q, v, forces)
+    plant = TreePlant(m)
+    return np.array([plant.set(*state).accelerations(force) for *state, force in zip(q, v, forces, strict=True)])
+
+
+@lru_cache(maxsize=8)
+def _dynamics(m: Mechanism) -> BatchDynamics:
+    return BatchDynamics(m)
 
 
 def with_estimate(recording: Recording, result: Solution, difference: float) -> Recording:
