@@ -14,12 +14,13 @@ from typing import Any
 import mujoco
 import numpy as np
 from mujoco import rollout
+from numpy.typing import NDArray
 
 from mechlab.engines.mujoco.batch_health import BatchHealth, Course
 from mechlab.engines.mujoco.control import compiling, engine
 from mechlab.engines.mujoco.drive import engage, engaged
 from mechlab.engines.mujoco.findings import GAP_KINDS, masses_finding
-from mechlab.engines.mujoco.model import MujocoMap
+from mechlab.engines.mujoco.model import Indices, MujocoMap
 from mechlab.engines.mujoco.sparse import LARGE, sparse_is_right
 from mechlab.engines.mujoco.stepping import Grid
 from mechlab.errors import MechlabError
@@ -30,6 +31,7 @@ from mechlab.formats import to_mjcf
 from mechlab.formats.mjcf.write_loops import site_names
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import Joint, Shaft
 
 NUMBERS = 4_000_000
 """Most numbers (32 MB) of one call of the engine, which keeps every step of all motions that it rolls out together."""
@@ -58,13 +60,14 @@ class Motions:
 @dataclass(frozen=True)
 class Batch:
     """t (m,) of the kept samples; q (N, m, nq), v (N, m, nv); findings: name -> (N,) values, as in the health record of a run;
-    reasons (N,): why a motion cannot be trusted, "" where it can."""
+    reasons (N,): why a motion cannot be trusted, "" where it can; unsure (N,): where a single run can tell better (`BatchHealth`)."""
 
     t: Array
     q: Array
     v: Array
     findings: Mapping[str, Array]
     reasons: tuple[str, ...]
+    unsure: NDArray[np.bool_]
 
 
 def why_not_together(mechanism: Mechanism, scene: Scene, settings: Settings) -> str:
@@ -72,7 +75,7 @@ def why_not_together(mechanism: Mechanism, scene: Scene, settings: Settings) -> 
     held = engaged(scene.laws)
     others = [x.kind for x in scene.laws if not isinstance(x, Constant) and not (x in held and _holds(x))]
     steps = scene.duration / settings.timestep
-    parts = (*mechanism.joints, *mechanism.shafts)
+    parts: tuple[Joint | Shaft, ...] = (*mechanism.joints, *mechanism.shafts)
     reasons = {
         f"the engine of the scene is {settings.engine}": settings.engine != "mujoco",
         f"the scene has laws that Python evaluates ({', '.join(dict.fromkeys(others))})": bool(others),
@@ -109,8 +112,8 @@ def roll(motions: Sequence[Motions], steps: Grid, whole: bool = True, take: Step
     alike: dict[tuple[int, ...], list[_Prepared]] = {}
     for one in prepared:
         alike.setdefault(_shape(one.model), []).append(one)
-    for group in alike.values():
-        _roll_alike(group, steps, take or steps_of_engine(threads))
+    for shaped in alike.values():
+        _roll_alike(shaped, steps, take or steps_of_engine(threads))
     out: dict[int, Batch] = {}
     for one, group in zip(prepared, same.values(), strict=True):
         ends = np.cumsum([0, *(len(motions[k].q) for k in group)]).tolist()
@@ -158,7 +161,7 @@ def steps_of_engine(threads: int) -> Steps:
 class _Prepared:
     """Motions with their model, their start in the engine's coordinates, and room for what is kept of them."""
 
-    def __init__(self, motions: Motions, steps: Grid, keep: Array, look: Array) -> None:
+    def __init__(self, motions: Motions, steps: Grid, keep: Indices, look: Indices) -> None:
         m, scene = motions.mechanism, motions.scene
         self.motions, self.steps, self.keep = motions, steps, keep
         self.model = _model(m, motions.settings)
@@ -206,7 +209,7 @@ class _Prepared:
         """What is kept of motions `at`."""
         t = np.array([self.steps.t(int(k)) for k in self.keep])
         findings = {name: x[at] for name, x in self.health.findings.items()}
-        return Batch(t, self.q[at], self.v[at], findings, tuple(self.health.reasons[at]))
+        return Batch(t, self.q[at], self.v[at], findings, tuple(self.health.reasons[at]), self.health.unsure[at])
 
 
 def _model(mechanism: Mechanism, settings: Settings) -> mujoco.MjModel:

@@ -12,10 +12,11 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from mechlab.engines.mujoco.drive import engaged
 from mechlab.engines.mujoco.findings import GAP_KINDS, LoopWatch
-from mechlab.engines.mujoco.model import MujocoMap
+from mechlab.engines.mujoco.model import Indices, MujocoMap
 from mechlab.engines.state import RATE_LIMIT
 from mechlab.experiment.energy import CREEP, ENERGY_LIMIT, NOTHING, STANDSTILL, kinetic_energy
 from mechlab.experiment.findings import GAP_LIMIT, mode_signs, open_loop_finding
@@ -25,7 +26,10 @@ from mechlab.experiment.scene import Scene, Settings
 from mechlab.mechanism.batch_tree import BatchRows, BatchTree
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import Joint, Shaft
 
+UNSURE = 0.1
+"""Share of the unaccounted energy from which its own error may be the cause."""
 POSES = 2000
 """Poses that are evaluated at once: more do not fit into the processor's memory, and cost more each."""
 
@@ -45,13 +49,14 @@ class Course:
 
 
 class BatchHealth:
-    """The health record of N motions. findings: name -> (N,) values; reasons [N]: "" or why a motion cannot be trusted.
+    """The health record of N motions. findings: name -> (N,) values; reasons [N]: "" or why a motion cannot be trusted; unsure (N,):
+    whether that is energy that fast dampers may have taken between the steps; a single run, which follows them within, can tell.
 
     look: which of the kept samples are looked at; ahead: what is wrong with all of them.
     """
 
     def __init__(
-        self, mechanism: Mechanism, scene: Scene, settings: Settings, model: mujoco.MjModel, map_: MujocoMap, look: Array,
+        self, mechanism: Mechanism, scene: Scene, settings: Settings, model: mujoco.MjModel, map_: MujocoMap, look: Indices,
         count: int, ahead: str,
     ) -> None:  # fmt: skip
         m = self.mechanism = mechanism
@@ -65,6 +70,7 @@ class BatchHealth:
         names = [FINDING_OF_KIND[k] for k in self.kinds] + (["assembly_mode"] if scene.keep_mode else [])
         self.findings = {name: np.zeros(count) for name in [*names, "energy_balance"]}
         self.reasons = [""] * count
+        self.unsure: NDArray[np.bool_] = np.zeros(count, dtype=bool)
 
     def take(self, at: slice, course: Course, q: Array, v: Array) -> None:
         """Judge motions `at` by their course and their kept samples q (n, m, nq), v (n, m, nv)."""
@@ -73,10 +79,12 @@ class BatchHealth:
             blown = self._blown(course)
             opened = self._opened(course)
             kinematic = self._kinematic(at, q[:, self.look])
-            share = self.findings["energy_balance"][at] = self._unaccounted(course)
+            share, error = self._unaccounted(course)
+        self.findings["energy_balance"][at] = share
         for i, k in enumerate(numbers):
             self.reasons[k] = self.ahead or blown.get(i) or opened.get(i) or kinematic.get(i) or ""
             if not self.reasons[k] and not share[i] <= ENERGY_LIMIT:
+                self.unsure[k] = error[i] > UNSURE * share[i]
                 text = "energy balance: unaccounted for is a share of"
                 self.reasons[k] = limit_finding("energy_balance", float(share[i]), ENERGY_LIMIT, "of the turnover", text).sentence
 
@@ -120,16 +128,16 @@ class BatchHealth:
             name, unit, what = FINDING_OF_KIND[kind], "m" if kind == "offset" else "rad or m", WORDS[kind]
             values = self.findings[name][at] = np.max(worst[:, rows], axis=1)
             bound = GAP_LIMIT * (self.mechanism.length_scale if kind == "offset" else 1.0)
-            for i in np.flatnonzero(~(values <= bound)):
+            for i in np.flatnonzero(~(values <= bound)).tolist():
                 culprit = self.rows.names[rows[int(np.argmax(worst[i, rows]))]]
                 finding = limit_finding(name, float(values[i]), bound, unit, f"{what} (at {culprit})")
-                out.setdefault(int(i), finding.sentence)
+                out.setdefault(i, finding.sentence)
         if self.scene.keep_mode:
             changes = self.findings["assembly_mode"][at] = self._mode_changes(q)
             held = ", ".join(self.scene.keep_mode)
-            for i in np.flatnonzero(changes):
+            for i in np.flatnonzero(changes).tolist():
                 text = f"with respect to {held} the assembly mode changed: a toggle was passed, which the mechanism itself cannot do"
-                out.setdefault(int(i), f"{text}. Try a smaller timestep")
+                out.setdefault(i, f"{text}. Try a smaller timestep")
         return out
 
     def _mode_changes(self, q: Array) -> Array:
@@ -138,9 +146,10 @@ class BatchHealth:
         signs = mode_signs(self.mechanism, finite.reshape(-1, q.shape[2]), self.scene.keep_mode).reshape(q.shape[:2])
         return np.array([np.count_nonzero(np.diff(x[x != 0])) for x in signs], dtype=float)
 
-    def _unaccounted(self, course: Course) -> Array:
+    def _unaccounted(self, course: Course) -> tuple[Array, Array]:
         """(n,) largest energy that neither the start nor the work of loads, drives, dampers and stops explains, as a share of the
-        energy that the motion turns over; see `mechlab.experiment.energy.energy_finding`."""
+        energy that the motion turns over (see `mechlab.experiment.energy.energy_finding`), and (n,) its own error from the work of
+        dampers, which is known at the steps alone."""
         m, q, v = self.mechanism, course.q[:, :-1], course.v[:, :-1]
         potential, kinetic = (course.sensed[:, :, k] for k in self.energies)
         power = -_damped(m, v)
@@ -152,7 +161,7 @@ class BatchHealth:
                 power -= law.damping * rate**2
             else:
                 power += rate * np.clip(-law.stiffness * off - law.damping * rate, -law.limit, law.limit)
-        lost = _worked(power, course.t[:, :-1])
+        lost, apart = self._worked(power)
         for name, force in course.loads.items():
             value = m.value(name, q)
             given += force[:, None] * (value - value[:, :1])
@@ -161,22 +170,37 @@ class BatchHealth:
         balance = balance - balance[:, :1]
         missing = np.abs(balance - self._at_stops(balance, q, v))
         weight = m.total_mass * float(np.linalg.norm(m.gravity)) * STANDSTILL
-        turned = np.max(_worked(np.abs(power), course.t[:, :-1])[:, -1:], axis=1, initial=max(weight, NOTHING))
+        turned = np.max(self._worked(np.abs(power))[0][:, -1:], axis=1, initial=max(weight, NOTHING))
         turned = np.maximum(turned, np.maximum(np.max(kinetic, axis=1), np.ptp(potential, axis=1)))
         creep = kinetic_energy(m, course.q[0, :1], np.full((1, m.nv), CREEP))[0]
         noise = np.maximum(1e-12 * np.max(np.abs(potential), axis=1), creep)
         worst = np.max(missing, axis=1)
-        return np.asarray(np.where(worst <= noise, 0.0, worst / turned))
+        return np.asarray(np.where(worst <= noise, 0.0, worst / turned)), np.asarray(apart / turned)
+
+    def _worked(self, power: Array) -> tuple[Array, Array | float]:
+        """(n, k) work [J] of the power (n, k) since the start, by Simpson's rule for RK4 and else by the trapezoidal rule, and (n,) how
+        far the two rules are apart."""
+        from scipy.integrate import cumulative_simpson, cumulative_trapezoid
+
+        if not np.any(power):
+            return np.zeros(power.shape), 0.0
+        work = np.asarray(cumulative_trapezoid(power, dx=self.settings.timestep, axis=1, initial=0.0))
+        if self.settings.integrator != "RK4" or power.shape[1] < 3:
+            return work, 0.0
+        finer = np.asarray(cumulative_simpson(power, dx=self.settings.timestep, axis=1, initial=0.0))
+        return finer, np.max(np.abs(finer - work), axis=1)
 
     def _at_stops(self, balance: Array, q: Array, v: Array) -> Array | float:
         """(n, k) energy <= 0 that the ends of ranges have taken: a fall of the balance while a joint or shaft is at an end, or may be;
         a soft stop returns at most what it has stored in the same contact."""
-        parts = [x for x in (*self.mechanism.joints, *self.mechanism.shafts) if x.range is not None]
+        parts: tuple[Joint | Shaft, ...] = (*self.mechanism.joints, *self.mechanism.shafts)
         met = np.zeros((len(q), q.shape[1] - 1), dtype=bool)
         for x in parts:
+            if x.range is None:
+                continue
             value, speed = self.mechanism.value(x.name, q), np.abs(v @ self.mechanism.row(x.name)) * self.settings.timestep
             reach = np.maximum(speed[:, 1:], speed[:, :-1])
-            low, high = x.range  # type: ignore[misc]
+            low, high = x.range
             met |= np.minimum(value[:, 1:], value[:, :-1]) - reach <= low
             met |= np.maximum(value[:, 1:], value[:, :-1]) + reach >= high
         if not met.any():
@@ -207,11 +231,3 @@ def _damped(mechanism: Mechanism, v: Array) -> Array:
         if shaft.damping:
             power = power + shaft.damping * (v @ mechanism.row(shaft.name)) ** 2
     return np.asarray(power)
-
-
-def _worked(power: Array, t: Array) -> Array:
-    """(n, k) work [J] of the power (n, k) since the start, by the trapezoidal rule."""
-    out = np.zeros(power.shape)
-    if np.any(power):
-        np.cumsum(0.5 * (power[:, 1:] + power[:, :-1]) * np.diff(t, axis=1), axis=1, out=out[:, 1:])
-    return out

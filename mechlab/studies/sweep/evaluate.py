@@ -185,8 +185,8 @@ def evaluate(request: SweepRequest, block: int, threads: int = 1) -> SweepBlock:
             together.append((where, made, rest))
         else:
             runs_one_by_one(request, made, where, rest, out)
-    for where, made, rest in roll_block(request, together, out, threads):
-        runs_one_by_one(request, made, where, rest, out)
+    for where, made, given in roll_block(request, together, out, threads):
+        runs_one_by_one(request, made, where, given, out)
     return out
 
 

@@ -22,7 +22,7 @@ from mechlab.studies.named.number import NamedNumber, reduced
 from mechlab.studies.sweep.request import UNTRUSTED, SweepBlock, SweepRequest
 
 if TYPE_CHECKING:
-    from mechlab.engines.mujoco.batch import Batch
+    from mechlab.engines.mujoco.batch import Batch, Motions
 
 FEWEST = 16
 """Least number of motions for a rollout; fewer are run one by one, each with a complete health record."""
@@ -126,7 +126,8 @@ class _States(dict[str, Array]):
 
 
 def roll_block(request: SweepRequest, groups: Sequence[Group], out: SweepBlock, threads: int) -> list[Group]:
-    """Roll out the motions of the groups and put their numbers into the block; the groups that cannot be rolled out are returned."""
+    """Roll out the motions of the groups and put their numbers into the block. Returned are those to be run one by one: where the scene
+    cannot be rolled out, and where the balance of energy is not sure."""
     from mechlab.engines.mujoco.batch import why_not_together
 
     left: list[Group] = []
@@ -144,51 +145,66 @@ def roll_block(request: SweepRequest, groups: Sequence[Group], out: SweepBlock, 
         q, v, closed = starts(mechanism, scene, values, where, out)
         if not closed.any():
             continue
-        loads = {k.removesuffix("_force"): x[closed] for k, x in values.items() if k.endswith("_force")}
-        start = _Start(where[closed], in_scene, mechanism, scene, settings, q[closed], v[closed], loads)
+        values = {k: x[closed] for k, x in values.items()}
+        start = _Start(where[closed], design, in_scene, mechanism, scene, settings, q[closed], v[closed], values)
         waiting.setdefault((scene.duration, settings.timestep), []).append(start)
     for alike in waiting.values():
-        _roll(request, alike, out, threads)
+        left += _roll(request, alike, out, threads)
     return left
 
 
 @dataclass(frozen=True)
 class _Start:
-    """Points (n,) of one design that can start: q (n, nq), v (n, nv), loads besides those of the scene -> (n,)."""
+    """Points (n,) of one design that can start: q (n, nq), v (n, nv), other given values -> (n,). in_scene: the design with what the
+    scene changes in it."""
 
     where: np.ndarray
     design: Design
+    in_scene: Design
     mechanism: Mechanism
     scene: Scene
     settings: Settings
     q: Array
     v: Array
-    loads: Mapping[str, Array]
+    values: Mapping[str, Array]
+
+    def at(self, s: Any) -> _Start:
+        """The points `s` of these."""
+        values = {k: x[s] for k, x in self.values.items()}
+        return replace(self, where=self.where[s], q=self.q[s], v=self.v[s], values=values)
+
+    @property
+    def motions(self) -> Motions:
+        """What the engine needs."""
+        from mechlab.engines.mujoco.batch import Motions
+
+        loads = {k.removesuffix("_force"): x for k, x in self.values.items() if k.endswith("_force")}
+        return Motions(self.mechanism, self.scene, self.settings, self.q, self.v, loads)
 
     def portions(self, most: int) -> Iterator[_Start]:
         """The same points, at most so many at a time."""
         for i in range(0, len(self.where), most):
-            s = slice(i, i + most)
-            loads = {k: x[s] for k, x in self.loads.items()}
-            yield replace(self, where=self.where[s], q=self.q[s], v=self.v[s], loads=loads)
+            yield self.at(slice(i, i + most))
 
 
-def _roll(request: SweepRequest, alike: Sequence[_Start], out: SweepBlock, threads: int) -> None:
-    """Roll out points of equal duration and timestep."""
-    from mechlab.engines.mujoco.batch import LOOKED_AT, Motions, roll
+def _roll(request: SweepRequest, alike: Sequence[_Start], out: SweepBlock, threads: int) -> list[Group]:
+    """Roll out points of equal duration and timestep; those whose balance of energy is not sure are returned."""
+    from mechlab.engines.mujoco.batch import LOOKED_AT, roll
     from mechlab.engines.mujoco.stepping import grid
 
     steps = grid(alike[0].scene.duration, alike[0].settings.timestep)
-    entry = alike[0].design.entry.channels
+    entry, unsure = alike[0].design.entry.channels, list[Group]()
     whole = any(q.kind == "channel" and (q.reduce != "final" or q.name in entry) for q in request.quantities)
     samples = len(steps.samples) if whole else min(len(steps.samples), LOOKED_AT)
     many = max(1, NUMBERS // (samples * max(x.mechanism.nq + x.mechanism.nv for x in alike)))
     portion: list[_Start] = []
 
     def roll_out() -> None:
-        motions = [Motions(x.mechanism, x.scene, x.settings, x.q, x.v, x.loads) for x in portion]
-        for start, batch in zip(portion, roll(motions, steps, whole, threads=threads), strict=True):
+        for start, batch in zip(portion, roll([x.motions for x in portion], steps, whole, threads=threads), strict=True):
             _take(request, start, batch, out)
+            if batch.unsure.any():
+                again = start.at(batch.unsure)
+                unsure.append((again.where, again.design, again.values))
         portion.clear()
 
     for start in alike:
@@ -197,11 +213,12 @@ def _roll(request: SweepRequest, alike: Sequence[_Start], out: SweepBlock, threa
                 roll_out()
             portion.append(part)
     roll_out()
+    return unsure
 
 
 def _take(request: SweepRequest, start: _Start, batch: Batch, out: SweepBlock) -> None:
     """Put the numbers of the motions of one design into the block."""
-    design, mechanism, where = start.design, start.mechanism, start.where
+    design, mechanism, where = start.in_scene, start.mechanism, start.where
     trees: list[BatchTree] = []
     final = _States(mechanism, batch.q[:, -1], batch.v[:, -1], trees)
     flat = _States(mechanism, batch.q.reshape(-1, mechanism.nq), batch.v.reshape(-1, mechanism.nv), trees)
@@ -225,7 +242,7 @@ def _take(request: SweepRequest, start: _Start, batch: Batch, out: SweepBlock) -
             series = flat[quantity.name].reshape(len(where), -1)
             out.values[where, k] = [reduced(quantity.reduce, batch.t, x) for x in series]
     numbers = np.array([q.kind == "channel" for q in request.quantities])
-    for i in np.flatnonzero(wrong).tolist():
+    for i in np.flatnonzero(wrong & ~batch.unsure).tolist():
         out.values[where[i], numbers] = np.nan
         out.gap(where[i], UNTRUSTED, batch.reasons[i])
 
