@@ -20,6 +20,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mechlab.clock import spent_on
 from mechlab.engines.state import EngineState, LoopLoads, MotionForces
 from mechlab.errors import EngineMissing, MechlabError, unknown
 from mechlab.experiment.laws import Law, Plant
@@ -245,7 +246,8 @@ def engine(name: str) -> Engine:
         raise unknown("engine", name, _ADDRESSES)
     module, missing = _ADDRESSES[name]
     try:
-        found: Engine = import_module(f"mechlab.engines.{module}").ENGINES[name]
+        with spent_on("imports"):
+            found: Engine = import_module(f"mechlab.engines.{module}").ENGINES[name]
     except ModuleNotFoundError as error:
         if error.name != name:
             raise

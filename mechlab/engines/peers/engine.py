@@ -44,14 +44,16 @@ OPEN_ONLY = {
 CONTROLLED = {
     "exudyn": ("DOPRI5",),
     "drake": ("runge_kutta3", "runge_kutta5", "radau3"),
-    "opensim": ("RungeKuttaMerson", "RungeKuttaFeldberg", "CPodes"),
+    "opensim": ("RungeKutta3", "RungeKuttaMerson", "RungeKuttaFeldberg", "CPodes"),
 }
 """Integrators that choose their own steps, to a tolerance; the others take fixed ones."""
 INTEGRATORS = {
-    "exudyn": ("generalized-alpha", "trapezoidal", *OPEN_ONLY["exudyn"]),
+    "exudyn": (
+        "generalized-alpha", "generalized-alpha, full Newton", "trapezoidal", "trapezoidal, full Newton", *OPEN_ONLY["exudyn"],
+    ),
     "drake": ("SAP", *OPEN_ONLY["drake"]),
     "opensim": CONTROLLED["opensim"],
-}
+}  # fmt: skip
 
 
 def refusal(peer: str, integrator: str, mechanism: Mechanism, scene: Scene) -> str:
