@@ -32,7 +32,9 @@ class EngineRows:
         self._distances: list[tuple[int, int, int, int]] = []
         self._turning: list[int] = []
         moved_alone: list[Array] = []
-        at, self._order, self._signs = 0, [], []
+        self._order: list[int] = []
+        self._signs: list[float] = []
+        at = 0
         for k in range(model.neq):
             rows = closure.slices[k]
             count = rows.stop - rows.start
@@ -60,9 +62,9 @@ class EngineRows:
         if mine is None:
             return False
         signs = np.array(self._signs)
-        jacobian, bias = signs[:, None] * other[0][self._order], signs * other[1][self._order]
-        near = [np.abs(a - b).max(initial=0.0) <= SAME * max(1.0, np.abs(b).max(initial=0.0)) for a, b in zip(mine, (jacobian, bias), strict=True)]
-        return all(near)
+        wanted = signs[:, None] * other[0][self._order], signs * other[1][self._order]
+        size = [max(1.0, float(np.abs(b).max(initial=0.0))) for b in wanted]
+        return all(np.abs(a - b).max(initial=0.0) <= SAME * n for a, b, n in zip(mine, wanted, size, strict=True))
 
     def rows(self, data: mujoco.MjData) -> tuple[Array, Array] | None:
         """(rows, engine nv) J and (rows,) b; None where the engine has dropped a row. See `Closure.rows` for what must be evaluated."""
@@ -79,7 +81,7 @@ class EngineRows:
 
     def _accelerations(self, data: mujoco.MjData, bias: Array) -> None:
         model, (one, two) = self.model, self._ends
-        acceleration, find = mujoco.mj_objectAcceleration, self._ends
+        acceleration = mujoco.mj_objectAcceleration
         # the accelerations of an evaluated state may still be read
         kept, qacc = self._kept_acceleration, data.qacc
         kept[:] = qacc
@@ -98,7 +100,7 @@ class EngineRows:
             acceleration(model, data, SITE, b, two, 0)
             mujoco.mj_objectVelocity(model, data, SITE, a, self._speeds[0], 0)
             mujoco.mj_objectVelocity(model, data, SITE, b, self._speeds[1], 0)
-            change = find[1, 3:] - find[0, 3:]
+            change = two[3:] - one[3:]
             speed = self._speeds[1, 3:] - self._speeds[0, 3:]
             between = data.site_xpos[b] - data.site_xpos[a]
             length, along = float(data.ten_length[tendon]), float(data.ten_velocity[tendon])

@@ -93,7 +93,11 @@ class _Choice:
 
     def solve(self, plant: Plant, jacobian: Array, bias: Array, commands: Array, actuation: Array) -> Array | None:
         """(k,) forces; None where the choice does not fit the state."""
-        m, matrix, right = self.m, self.matrix.copy(order="F"), self.right.copy(order="F")  # runs in threads share a law
+        m, matrix, right = (
+            self.m,
+            self.matrix.copy(order="F"),
+            self.right.copy(order="F"),
+        )  # runs in threads share a law
         matrix[:m] = jacobian[self.taken]
         right[:m, 0] = bias[self.taken]
         right[:m, 0] *= -1.0
