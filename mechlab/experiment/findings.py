@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from mechlab.experiment.laws import Law
 from mechlab.experiment.recording import Finding, limit_finding
+from mechlab.mechanism.batch_tree import BatchRows, BatchTree
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
@@ -23,6 +24,8 @@ from mechlab.mechanism.structure import independent_rows, structure
 
 GAP_LIMIT = 1e-4
 MODE_SAMPLES = 200
+MODE_POSES = 2000
+"""Poses whose assembly mode is told at once."""
 RESTART_JUMP = 0.5
 """Share of the largest distance from the reference so far: a step back of more than that may be a restart."""
 
@@ -134,7 +137,17 @@ def mode_signs(mechanism: Mechanism, q: Array, held: Sequence[str]) -> Array:
     0 where the matrix is not square or is singular. As `mechlab.mechanism.mode_sign`, but local freedoms are fixed too.
     """
     modes = _Modes(mechanism, held)
-    return np.array([modes.sign(x) for x in q])
+    if not modes.square or any(j.nv != 1 for j in mechanism.joints):
+        return np.array([modes.sign(x) for x in q])
+    rows = BatchRows(BatchTree(mechanism))
+    keep = [rows.names.index(modes.constraints.rows[i]) for i in modes.keep]
+    out = np.zeros(len(q))
+    for i in range(0, len(q), MODE_POSES):
+        some = q[i : i + MODE_POSES]
+        tail = np.broadcast_to(modes.tail, (len(some), *modes.tail.shape))
+        sign, size = np.linalg.slogdet(np.concatenate([rows.evaluate(some)[1][:, keep], tail], axis=1))
+        out[i : i + len(some)] = np.where(size > -60, sign, 0.0)
+    return out
 
 
 def saturation_finding(laws: Sequence[Law], forces: Mapping[str, Array]) -> Finding | None:

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -219,7 +220,8 @@ class Recording(Result[Path]):
 class Trace:
     """A run without channels: q (n, nq), v (n, nv) at the first n output times; cpu_s: process CPU time of stepping,
     without setup; `reason`: why it ended early, empty when it reached the end; `evaluations` of the equations of
-    motion, 0 where the engine does not count them."""
+    motion, 0 where the engine does not count them; total_s: process CPU time of building the engine's model, stepping
+    and output, nan where it is not measured."""
 
     q: Array
     v: Array
@@ -227,6 +229,7 @@ class Trace:
     steps: int
     reason: str = ""
     evaluations: int = 0
+    total_s: float = math.nan
 
     @property
     def complete(self) -> bool:
