@@ -33,9 +33,9 @@ from mechlab.experiment.recording import Finding, Health
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
+from mechlab.mechanism.many_poses import ManyPoses
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Joint, Shaft, Spring
-from mechlab.mechanism.statics import spring_stretch
 
 _KINDS = (int(mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF), int(mujoco.mjtConstraint.mjCNSTR_FRICTION_TENDON))
 INSIDE = 1.0 - 1e-6
@@ -203,8 +203,7 @@ def _stopped(mechanism: Mechanism, names: list[str], t: Array, q: Array, v: Arra
 
 def _lengths(mechanism: Mechanism, spring: Spring, q: Array, v: Array) -> tuple[Array, Array]:
     """(n,) lengths of a spring [m] and the sizes of their rates [m/s]."""
-    found = [spring_stretch(TreeKinematics(mechanism, x, w), spring)[2:] for x, w in zip(q, v, strict=True)]
-    length, rate = np.array(found).T
+    length, rate = ManyPoses(mechanism).set(q).spring(spring, v)
     return length, np.abs(rate)
 
 
