@@ -102,6 +102,11 @@ class ModeWatch:
         self._modes = _Modes(mechanism, self.held) if self.held else None
         self._tree, self._constraints = TreeKinematics(mechanism), ConstraintSet(mechanism)
 
+    @property
+    def watches(self) -> bool:
+        """Whether there are held joints, so that `changed` may be True."""
+        return self._modes is not None
+
     def changed(self, q: Array) -> bool:
         """True when the mode at q (nq,) differs from that of the first call; always False without held joints."""
         if self._modes is None or not np.all(np.isfinite(q)):
