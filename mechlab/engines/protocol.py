@@ -232,6 +232,8 @@ _ADDRESSES: dict[str, tuple[str, str]] = {
     "exudyn": ("peers.engine", ""),
     "drake": ("peers.engine", ""),
     "opensim": ("peers.engine", ""),
+    "mujoco_warp": ("peers.engine", ""),
+    "newton": ("peers.engine", ""),
 }
 """Engine -> the module below `mechlab.engines` that lists it in ENGINES, and the sentence where its package is not installed."""
 WITNESSES = ("pinocchio", "mujoco")

@@ -24,6 +24,8 @@ from mechlab.mechanism.structure import independent_rows, structure
 
 GAP_LIMIT = 1e-4
 MODE_SAMPLES = 200
+MODE_POSES = 2000
+"""Poses whose assembly mode is told at once."""
 RESTART_JUMP = 0.5
 """Share of the largest distance from the reference so far: a step back of more than that may be a restart."""
 
@@ -142,7 +144,11 @@ def mode_signs(mechanism: Mechanism, q: Array, held: Sequence[str]) -> Array:
 
     0 where the matrix is not square or is singular. As `mechlab.mechanism.mode_sign`, but local freedoms are fixed too.
     """
-    return _Modes(mechanism, held).signs(ManyPoses(mechanism).set(q).residual_and_jacobian()[1])
+    modes, poses = _Modes(mechanism, held), ManyPoses(mechanism)
+    if not modes.square:
+        return np.zeros(len(q))
+    blocks = [q[i : i + MODE_POSES] for i in range(0, len(q), MODE_POSES)]
+    return np.concatenate([np.zeros(0), *(modes.signs(poses.set(x).residual_and_jacobian()[1]) for x in blocks)])
 
 
 def saturation_finding(laws: Sequence[Law], forces: Mapping[str, Array]) -> Finding | None:

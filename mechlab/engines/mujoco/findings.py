@@ -248,6 +248,10 @@ def _notes(mechanism: Mechanism, settings: Settings) -> list[Finding]:
     return out
 
 
+GAP_KINDS = ("spherical", "revolute", "universal", "fixed")
+"""Loops whose two sides keep one point in common."""
+
+
 class LoopWatch:
     """Checks after each evaluated sample whether a loop has opened by more than 1e-3 of the smallest link."""
 
