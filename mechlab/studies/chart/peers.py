@@ -34,7 +34,7 @@ TOLERANCES = tuple(10.0**-k for k in range(2, 14))
 HALVINGS = 16
 COSTLY = (0.3, 3.0)
 """A peer is refined until a run costs FAR times as much CPU time as ours; the limit lies within these bounds [s]."""
-FAR = 5.0
+FAR = 3.0
 REPEATS, ENOUGH_S, REPEATS_LIMIT = 5, 0.05, 50
 """A median is taken of REPEATS runs; short runs are repeated until they take ENOUGH_S [s] together, REPEATS_LIMIT at
 most."""
