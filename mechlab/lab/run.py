@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
+from mechlab.clock import costed, spent_on
 from mechlab.errors import MechlabError, NoSolution, unknown
 from mechlab.experiment.errors import differences, with_errors
 from mechlab.experiment.recording import Finding, Health, Recording, limit_finding
@@ -16,13 +18,14 @@ from mechlab.lab.accuracy.control import ControlledRun, run_to_error
 from mechlab.lab.design import Design
 from mechlab.lab.fidelity.choose import choose, is_auto
 from mechlab.lab.problem_settings import other_softness, with_static_motors
-from mechlab.lab.single_run import analytic_run, chosen_settings, complete, engine_run, refuse_too_long
+from mechlab.lab.single_run import analytic_run, chosen_settings, compared_run, complete, engine_run, refuse_too_long
 from mechlab.lab.step_error import with_step_error
 
 HALVINGS = 7
 LOOSER = 30.0
 
 
+@costed
 def run_scene(
     design: Design,
     scene: str | None = None,
@@ -74,9 +77,8 @@ def run_scene(
     else:
         done = complete(of_scene, engine_run(of_scene, made, chosen, at), made)
         if estimate:
-            done = with_step_error(
-                done, made, lambda scene, s, times: complete(of_scene, engine_run(of_scene, scene, s, times), scene)
-            )
+            with spent_on("probe"):
+                done = with_step_error(done, made, partial(compared_run, of_scene))
     return done if choice is None else replace(done, health=done.health + Health((choice.finding(),)))
 
 

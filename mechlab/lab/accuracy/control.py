@@ -13,32 +13,27 @@ import numpy as np
 import scipy
 from scipy.interpolate import BPoly
 
+from mechlab.clock import move_cost, spent_on
 from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
 from mechlab.experiment.energy import dissipation, energy_finding
 from mechlab.experiment.findings import kinematic_findings
 from mechlab.experiment.held_rates import captured
-from mechlab.experiment.laws import applied_force
 from mechlab.experiment.ranges import unstopped_finding
-from mechlab.experiment.recording import Cost, Finding, Health, Recording, limit_finding, over_samples, run_channels
+from mechlab.experiment.recording import Cost, Finding, Health, Recording, limit_finding, run_channels
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.experiment.tree_plant import TreePlant
+from mechlab.lab.accuracy.dense import BETWEEN, accelerations, law_forces
 from mechlab.lab.accuracy.measure import ErrorMeasure
 from mechlab.lab.accuracy.result import NeighbourMotion, Solution
 from mechlab.lab.accuracy.solve import solve_to
 from mechlab.lab.design import Design
-from mechlab.lab.methods import Problem
+from mechlab.lab.methods import Problem, has_kinks
 from mechlab.lab.problem_settings import other_softness
 from mechlab.mechanism import Mechanism
-from mechlab.mechanism.geometry import Array
 
 OUTPUTS = 400
 STATES_SUFFICE = frozenset({"poses", "drive_forces"})
 
-
-BETWEEN = 0.125
-"""Error of interpolation between the states, over its change when every second state is left out. It is of fifth degree
-in the positions, so that the error of its second derivative falls with the fourth power of the distance."""
 ComparedRuns = tuple[tuple[Recording, float], ...]
 
 
@@ -57,20 +52,25 @@ def run_to_error(design: Design, scene: Scene, max_error: float, at: Sequence[fl
     It is made from the states whose error was estimated where those are all that the scene needs; otherwise an engine runs the
     scene with the accepted settings, and its difference from those states counts as error too.
     """
-    result = solve_to(design, scene, max_error, OUTPUTS)
     m = design.mechanism(scene.fidelity)
     remembers = any(tuple(getattr(law, "start", tuple)()) for law in scene.laws)
-    suffice = set(scene.needs) <= STATES_SUFFICE and not remembers and result.settings.engine in ("mujoco", "pinocchio")
+    # kinks come between the samples: only the steps account for the energy there
+    suffice = set(scene.needs) <= STATES_SUFFICE and not remembers and not has_kinks(scene)
+    with spent_on("probe"):
+        result = solve_to(design, scene, max_error, OUTPUTS, sparse=suffice)
+    move_cost("probe", "integrate", result.run_s)
+    suffice = suffice and result.settings.engine in ("mujoco", "pinocchio")
     if result.motion is not None or result.extrapolated or suffice:
         return ControlledRun(recording_of(m, scene, result, at), _of_states(m, scene, result, at))
     times = np.union1d(result.t, np.asarray(at, dtype=float)).tolist()
     made = _run(design, scene, result.settings, times)
-    difference = _difference(design, scene, result, made)
-    more = 1.0 + difference / result.estimate if result.estimate > 0.0 else 1.0
-    others = _compared(result, lambda n: _run(design, _captured(scene, n), n.settings, times), more)
-    other = other_softness(m, result.settings)
-    if others and other is not None:
-        others += ((_run(design, scene, other, times), 1.0),)
+    with spent_on("probe"):
+        difference = _difference(design, scene, result, made)
+        more = 1.0 + difference / result.estimate if result.estimate > 0.0 else 1.0
+        others = _compared(result, lambda n: _run(design, _captured(scene, n), n.settings, times), more)
+        other = other_softness(m, result.settings)
+        if others and other is not None:
+            others += ((_run(design, scene, other, times), 1.0),)
     return ControlledRun(with_estimate(made, result, difference), others)
 
 
@@ -80,7 +80,8 @@ def _of_states(m: Mechanism, scene: Scene, result: Solution, at: Sequence[float]
     def make(n: NeighbourMotion) -> Recording:
         return motion_of(m, _captured(scene, n), replace(result, motion=n.motion, q=n.q, v=n.v), at)
 
-    others = _compared(result, make)
+    with spent_on("probe"):
+        others = _compared(result, make)
     if others and result.motion is None and np.setdiff1d(at, result.t).size:
         others += ((motion_of(m, scene, result, at, every=2), BETWEEN),)
     return others
@@ -132,14 +133,15 @@ def motion_of(mechanism: Mechanism, scene: Scene, result: Solution, at: Sequence
         states = result.motion.states(t, accelerations=True)
         assert states.a is not None
         q, v, a = states.q, states.v, states.a
+        forces = law_forces(mechanism, scene, t, q, v)[1]
     else:
-        q, v, a = _interpolated(mechanism, scene, result, t, every)
-    plant = TreePlant(mechanism)
-    forces = []
-    for k in range(len(t)):
-        plant.set(q[k], v[k], float(t[k]))
-        forces.append(applied_force(mechanism, scene.laws, float(t[k]), plant)[1] if scene.laws else {})
-    channels, units = run_channels(mechanism, q, v, a, over_samples(forces))
+        pushes, forces = law_forces(mechanism, scene, result.t, result.q, result.v)
+        q, v, a = result.q, result.v, accelerations(mechanism, result.q, result.v, pushes)
+        if len(t) > len(q) or every > 1:
+            spline = BPoly.from_derivatives(result.t[::every], np.stack([q, v, a], axis=1)[::every])
+            q, v, a = spline(t), spline.derivative()(t), spline.derivative(2)(t)
+            forces = law_forces(mechanism, scene, t, q, v)[1]
+    channels, units = run_channels(mechanism, q, v, a, forces)
     return Recording(
         mechanism, t, q, v, channels, units, settings=result.settings, scene=scene.name, name=mechanism.name,
         fidelity=scene.fidelity,
@@ -148,7 +150,14 @@ def motion_of(mechanism: Mechanism, scene: Scene, result: Solution, at: Sequence
 
 def recording_of(mechanism: Mechanism, scene: Scene, result: Solution, at: Sequence[float]) -> Recording:
     """`motion_of`, with its health, cost and versions."""
-    made = motion_of(mechanism, scene, result, at)
+    with spent_on("record"):
+        made = motion_of(mechanism, scene, result, at)
+    with spent_on("check"):
+        return _with_health(made, scene, result)
+
+
+def _with_health(made: Recording, scene: Scene, result: Solution) -> Recording:
+    mechanism = made.mechanism
     t, q, v, channels = made.t, made.q, made.v, made.channels
     power, done = np.zeros(len(t)), np.zeros(len(t))
     for name in mechanism.scalar_names:
@@ -167,28 +176,6 @@ def recording_of(mechanism: Mechanism, scene: Scene, result: Solution, at: Seque
     versions = {"numpy": np.__version__, "scipy": scipy.__version__, "python": platform.python_version()}
     cost = Cost(result.cpu_s, len(result.t) - 1, result.evaluations)
     return replace(made, health=Health(tuple(found)), cost=cost, versions=versions)
-
-
-def _interpolated(
-    mechanism: Mechanism, scene: Scene, result: Solution, t: Array, every: int
-) -> tuple[Array, Array, Array]:
-    """States at times t: those of the result at output times; between them the quintic through positions, rates and
-    accelerations at each `every`-th output time."""
-    known = _accelerations(mechanism, scene, result)
-    if len(t) == len(result.t) and every == 1:
-        return result.q, result.v, known
-    nodes = np.stack([result.q, result.v, known], axis=1)
-    spline = BPoly.from_derivatives(result.t[::every], nodes[::every])
-    return spline(t), spline.derivative()(t), spline.derivative(2)(t)
-
-
-def _accelerations(m: Mechanism, scene: Scene, result: Solution) -> Array:
-    """(n, nv) at the output times: rigid dynamics under the laws, without dry friction."""
-    plant, out = TreePlant(m), []
-    for t, q, v in zip(result.t, result.q, result.v, strict=True):
-        plant.set(q, v, float(t))
-        out.append(plant.accelerations(applied_force(m, scene.laws, float(t), plant)[0]))
-    return np.array(out)
 
 
 def with_estimate(recording: Recording, result: Solution, difference: float) -> Recording:
