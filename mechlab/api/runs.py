@@ -260,7 +260,7 @@ def chart(
         duration=T: simulated time [s]
         target=E: error that the recommended setting must meet [m or rad]
         fidelity=F: level of fidelity
-        peers: beside Exudyn, Drake and OpenSim, and what --max-error costs against them
+        peers: beside Exudyn, Drake, OpenSim, MuJoCo Warp and Kamino, and what --max-error costs against them
         out=PATH: a .svg, .png, .csv or .json file, or a folder for all of them
     """
     given = key_values(values, parameters)

@@ -28,7 +28,8 @@ WORTH = 1e-6
 class Job:
     """A run: the mechanism with its assembled start q (nq,), v (nv,), constant loads (nv,) on the coordinates, `outputs` + 1
     even times up to `duration` [s], the integrator, and its step [s] or tolerance. links: the tree (see `links_of`). rows:
-    of each loop, which of its rows are independent of the others (see `independent`)."""
+    of each loop, which of its rows are independent of the others (see `independent`). mjcf: the model as text, for peers
+    that read it."""
 
     mechanism: Mechanism
     q: Array
@@ -40,6 +41,7 @@ class Job:
     value: float
     links: Links
     rows: dict[str, tuple[bool, ...]]
+    mjcf: str = ""
 
     @property
     def between(self) -> float:

@@ -11,14 +11,14 @@ from __future__ import annotations
 import math
 import statistics
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib import metadata
 
 import numpy as np
 
-from mechlab.engines.peers.engine import PEERS
+from mechlab.engines.peers.engine import CAUTIONS, PEERS
 from mechlab.engines.peers.process import PeerStopped
 from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Recording, Trace
@@ -34,7 +34,7 @@ TOLERANCES = tuple(10.0**-k for k in range(2, 14))
 HALVINGS = 16
 COSTLY = (0.3, 3.0)
 """A peer is refined until a run costs FAR times as much CPU time as ours; the limit lies within these bounds [s]."""
-FAR = 5.0
+FAR = 3.0
 REPEATS, ENOUGH_S, REPEATS_LIMIT = 5, 0.05, 50
 """A median is taken of REPEATS runs; short runs are repeated until they take ENOUGH_S [s] together, REPEATS_LIMIT at
 most."""
@@ -61,7 +61,7 @@ def compare(problem: Problem, truth: Reference, progress: Callable[[str], None] 
         progress(m.name)
         search.sweep(m)
     rows = tuple(_row(target, x, search) for target, x in zip(TARGETS, mine, strict=True))
-    return PeerTable(rows, tuple(search.points), skipped, _versions(), truth.unit, costly)
+    return PeerTable(rows, tuple(search.points), skipped, _versions(), truth.unit, costly, tuple(_cautions(search)))
 
 
 @dataclass(frozen=True)
@@ -222,6 +222,17 @@ class _Search:
             return value
         between = self.problem.scene.duration / self.problem.outputs
         return float(between / np.round(between / value))
+
+
+def _cautions(search: _Search) -> Iterator[str]:
+    """A sentence for each peer that ran and needs one, with the least error that it reached."""
+    for peer, caution in CAUTIONS.items():
+        names = {m.name for m in PEER_METHODS if m.engine == peer}
+        ran = [p for p in search.points if p.ok and p.method in names]
+        if ran:
+            best = min(ran, key=lambda p: p.error)
+            least = f"{best.error:.1e} {search.truth.unit} with {best.method} at {1e3 * best.step:.3g} ms"
+            yield f"{caution}. Least error here: {least}; the smallest step tried was {1e3 * min(p.step for p in ran):.3g} ms."
 
 
 def _versions() -> dict[str, str]:
