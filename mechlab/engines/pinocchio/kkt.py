@@ -10,14 +10,23 @@ anyhow.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
+from types import ModuleType
 
 import numpy as np
-from scipy.linalg.lapack import dpotrf, dpotrs, dtrtri
 
 from mechlab.mechanism.geometry import Array
 
 PIVOT = 1e-5
 RANK = 1e-10
+
+
+@cache
+def lapack() -> ModuleType:
+    """LAPACK's own functions, loaded when the first matrix is factored: scipy takes .1 s to load, and poses need none."""
+    import scipy.linalg.lapack
+
+    return scipy.linalg.lapack
 
 
 @dataclass(frozen=True)
@@ -42,7 +51,7 @@ class Factors:
         if not len(right):
             return np.zeros(0)
         if self.small is not None:
-            return np.asarray(dpotrs(self.small, right / self.scale, lower=1)[0] / self.scale)
+            return np.asarray(lapack().dpotrs(self.small, right / self.scale, lower=1)[0] / self.scale)
         assert self.pseudo is not None and self.null is not None
         out = self.pseudo @ right
         return np.asarray(out - self.null @ (self.null.T @ out))
@@ -60,11 +69,11 @@ class Factors:
 
 def factor(mass: Array, jacobian: Array) -> Factors | None:
     """Factors of M (nv, nv), J (rows, nv); None when M itself is singular (then use `dense`)."""
-    chol, info = dpotrf(mass, lower=1, clean=1)
+    chol, info = lapack().dpotrf(mass, lower=1, clean=1)
     pivots = chol.diagonal().tolist()
     if info != 0 or not min(pivots) > 1e-9 * max(pivots):
         return None
-    root = dtrtri(chol, lower=1)[0]
+    root = lapack().dtrtri(chol, lower=1)[0]
     rows = len(jacobian)
     if not rows:
         return Factors(root, np.zeros((len(mass), 0)), np.zeros(0), None, None, None, 0)
@@ -77,7 +86,7 @@ def factor(mass: Array, jacobian: Array) -> Factors | None:
     # A void row gets the size infinity: zeros in the scaled matrix, and a reaction of zero.
     scaled = delassus / (scale[:, None] * scale)
     scaled.ravel()[:: rows + 1] = 1.0
-    small, info = dpotrf(scaled, lower=1)
+    small, info = lapack().dpotrf(scaled, lower=1)
     if info == 0 and small.diagonal().min() > PIVOT:
         return Factors(root, y, scale, small, None, None, rows - int(np.isinf(scale).sum()) if empty else rows)
     void = np.isinf(scale)
