@@ -54,8 +54,6 @@ def energy_angle(angle: np.ndarray) -> np.ndarray:
     c, s, t = math.cos(BEND), math.sin(BEND), angle
     f_rate = c / (np.cos(t) ** 2 + (c * np.sin(t)) ** 2)
     # angular velocity of the cross = that of the follower plus a turn about its pin = (1, 0, 0) t' plus a turn about the yoke pin
-    f = np.arctan2(c * np.sin(t), np.cos(t))
-    pin = np.array([-s * np.cos(f), c * np.cos(f), np.sin(f)])
     yoke = np.array([0 * t, -np.sin(t), np.cos(t)])
     out = np.array([c, s, 0.0])[:, None] * f_rate
     # w = e_x + a yoke = out + b pin; yoke and pin are at right angles

@@ -11,9 +11,10 @@ only: whoever knows their rank says it, so that the small difference is not divi
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
+from types import ModuleType
 
 import numpy as np
-from scipy.linalg.lapack import dpotrf, dpotrs, dtrtri
 
 from mechlab.mechanism.geometry import Array
 
@@ -22,6 +23,14 @@ SMALL = 0.03
 """Rows that repeat others may be small, and point anywhere where loops are a little open: smaller ones than this, relative to the largest,
 are not scaled up to it."""
 RANK = 1e-10
+
+
+@cache
+def lapack() -> ModuleType:
+    """LAPACK's own functions, loaded when the first matrix is factored: scipy takes .1 s to load, and poses need none."""
+    import scipy.linalg.lapack
+
+    return scipy.linalg.lapack
 
 
 @dataclass(frozen=True)
@@ -46,7 +55,7 @@ class Factors:
         if not len(right):
             return np.zeros(0)
         if self.small is not None:
-            return np.asarray(dpotrs(self.small, right / self.scale, lower=1)[0] / self.scale)
+            return np.asarray(lapack().dpotrs(self.small, right / self.scale, lower=1)[0] / self.scale)
         assert self.pseudo is not None and self.null is not None
         out = self.pseudo @ right
         return np.asarray(out - self.null @ (self.null.T @ out))
@@ -65,11 +74,11 @@ class Factors:
 def factor(mass: Array, jacobian: Array, most: int | None = None) -> Factors | None:
     """Factors of M (nv, nv), J (rows, nv); None when M itself is singular (then use `dense`). most: the rank of J where the loops are
     closed, if rows repeat others there; more combinations of rows are not believed."""
-    chol, info = dpotrf(mass, lower=1, clean=1)
+    chol, info = lapack().dpotrf(mass, lower=1, clean=1)
     pivots = chol.diagonal().tolist()
     if info != 0 or not min(pivots) > 1e-9 * max(pivots):
         return None
-    root = dtrtri(chol, lower=1)[0]
+    root = lapack().dtrtri(chol, lower=1)[0]
     rows = len(jacobian)
     if not rows:
         return Factors(root, np.zeros((len(mass), 0)), np.zeros(0), None, None, None, 0)
@@ -82,7 +91,7 @@ def factor(mass: Array, jacobian: Array, most: int | None = None) -> Factors | N
     # A void row gets the size infinity: zeros in the scaled matrix, and a reaction of zero.
     scaled = delassus / (scale[:, None] * scale)
     scaled.ravel()[:: rows + 1] = 1.0
-    small, info = dpotrf(scaled, lower=1)
+    small, info = lapack().dpotrf(scaled, lower=1)
     if most is None and info == 0 and small.diagonal().min() > PIVOT:
         return Factors(root, y, scale, small, None, None, rows - int(np.isinf(scale).sum()) if empty else rows)
     if most is not None:
