@@ -17,7 +17,7 @@ from mechlab.experiment.held_rates import captured
 from mechlab.experiment.recording import Trace
 from mechlab.experiment.scene import Settings
 from mechlab.integrate import OutOfWork, work_done, work_limit
-from mechlab.lab.accuracy.dense import BETWEEN, DenseStates, dense_states, meets_range, with_difference
+from mechlab.lab.accuracy.dense import DenseStates, dense_states, meets_range, with_difference
 from mechlab.lab.accuracy.measure import ErrorMeasure, change, largest
 from mechlab.lab.accuracy.result import NeighbourMotion
 from mechlab.lab.accuracy.rules import EPSILON, EXTRAPOLATED, LOOPS_ORDER, RULES, MethodRule
@@ -85,7 +85,7 @@ class RefinedMethod:
         tracked = self.measure(t, d.q, d.v)
         if meets_range(p.mechanism, d.q):
             return math.inf
-        return change(tracked, self.tracked[-1]) + BETWEEN * largest(self.measure(t, d.fewer_q, d.fewer_v) - tracked)
+        return largest(self.measure(t, d.near_q, d.near_v) - tracked)
 
     @property
     def states(self) -> tuple[Array, Array]:
@@ -239,7 +239,7 @@ class RefinedMethod:
             fine_q, fine_v = (x[:: (len(x) - 1) // (len(q) - 1)] for x in self.best)
             moved = with_difference(self.dense, self.nodes(len(q)), q - fine_q, v - fine_v, self.times)
             yield NeighbourMotion(RULES.safety * share, settings, *moved)
-            yield NeighbourMotion(BETWEEN, settings, self.dense.fewer_q, self.dense.fewer_v)
+            yield NeighbourMotion(1.0, settings, self.dense.near_q, self.dense.near_v)
             return
         yield NeighbourMotion(RULES.safety * share, settings, *self._at_outputs(q, v))
         if self.recaptured is None:

@@ -152,7 +152,7 @@ def solve_by_refinement(
         f"there ({why}{stiff})"
     )
     size = float(np.max(np.abs(tracked), initial=1.0))
-    total = best.estimate + rounding + capture + filled
+    total = RULES.safety * (best.estimate + filled) + rounding + capture
     part = cause = ""
     if capture > max(best.estimate, rounding):
         part, cause = f"the capture of held rates {capture:.1g}", LIMITED_BY_CAPTURE
