@@ -65,7 +65,13 @@ def accelerations(m: Mechanism, q: Array, v: Array, forces: Array) -> Array:
     found = []
     for state in zip(q, v, strict=True):
         p = plant.set(*state)
-        found.append((p.mass_matrix().copy(), p.bias().copy(), *((p.jacobian().copy(), p.constraint_bias().copy()) if rows else ())))
+        found.append(
+            (
+                p.mass_matrix().copy(),
+                p.bias().copy(),
+                *((p.jacobian().copy(), p.constraint_bias().copy()) if rows else ()),
+            )
+        )
     mass, bias, *constraints = (np.array(x) for x in zip(*found, strict=True))
     jacobian, curved = constraints or (np.zeros((len(q), 0, m.nv)), np.zeros((len(q), 0)))
     return constrained_accelerations(mass, forces - bias, jacobian, -curved)
