@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from mechlab.mechanism import GROUND, ConstraintSet, Mechanism
-from mechlab.mechanism.constraints import AXES
+from mechlab.mechanism.constraints import AXES, ConstraintSet
 from mechlab.mechanism.geometry import Array, quaternion_products
 from mechlab.mechanism.kinematics import moving_rates, turning_rates
-from mechlab.mechanism.parts import LinearRelation, Loop
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import GROUND, LinearRelation, Loop, Spring
 
 
 class ManyPoses:
@@ -27,6 +27,9 @@ class ManyPoses:
         self.index = {GROUND: -1} | {b.name: i for i, b in enumerate(mechanism.bodies)}
         self._parents = [self.index[b.parent] for b in mechanism.bodies]
         self._columns, self.turns = moving_rates(mechanism), turning_rates(mechanism)
+        self._carries = np.zeros((len(mechanism.bodies), mechanism.nv))
+        for i, columns in enumerate(self._columns):
+            self._carries[i, columns] = 1.0
         constraints = ConstraintSet(mechanism)
         self._loops = [
             (x, constraints.slices[x.name], constraints.items[k].rows) for k, x in enumerate(mechanism.loops)
@@ -76,9 +79,26 @@ class ManyPoses:
         """(n, frames, 3) world positions of the frames."""
         out = np.empty((len(self.q), len(self.mechanism.frames), 3))
         for k, frame in enumerate(self.mechanism.frames):
-            rotation, origin = self._frame(frame.body)
+            rotation, origin = self.frame(frame.body)
             out[:, k] = rotation @ frame.placement.translation + origin
         return out
+
+    def twists(self, v: Array) -> tuple[Array, Array]:
+        """(n, nb, 3) velocity of the point of each body that is at the world's origin, and angular velocity, at rates v (n, nv)."""
+        turning, turns = self.axes * v[..., None], self.turns[:, None]
+        linear = turns * _cross(self.anchors, turning) + (1.0 - turns) * turning
+        return self._carries @ linear, self._carries @ (turns * turning)
+
+    def spring(self, spring: Spring, v: Array) -> tuple[Array, Array]:
+        """(n,) length [m] of a spring between two points, and its rate [m/s] at rates v (n, nv); 0 where the points meet."""
+        (ra, pa), (rb, pb) = self.frame(spring.body_a), self.frame(spring.body_b)
+        a, b = pa + ra @ np.array(spring.point_a), pb + rb @ np.array(spring.point_b)
+        d = b - a
+        length = np.linalg.norm(d, axis=1)
+        relative = self.motion(spring.body_b, b)[0] - self.motion(spring.body_a, a)[0]
+        rate = ((relative @ d[:, :, None])[..., 0] * v).sum(axis=1)
+        apart = length >= 1e-12
+        return np.where(apart, length, 0.0), np.where(apart, rate / np.where(apart, length, 1.0), 0.0)
 
     def residual_and_jacobian(self) -> tuple[Array, Array]:
         """(n, rows) and (n, rows, nv) of all constraints, in the order of `ConstraintSet`."""
@@ -90,13 +110,14 @@ class ManyPoses:
             residual[:, row], jacobian[:, row] = self._relation(relation)
         return residual, jacobian
 
-    def _frame(self, body: str) -> tuple[Array, Array]:
+    def frame(self, body: str) -> tuple[Array, Array]:
+        """Rotations (n, 3, 3) body to world and origins (n, 3) of a body or the ground."""
         i = self.index[body]
         if i < 0:
             return np.tile(np.eye(3), (len(self.q), 1, 1)), np.zeros((len(self.q), 3))
         return self.rotations[:, i], self.origins[:, i]
 
-    def _motion(self, body: str, point: Array) -> tuple[Array, Array]:
+    def motion(self, body: str, point: Array) -> tuple[Array, Array]:
         """(n, nv, 3) velocity of the body's point at world `point` (n, 3) for each rate, and angular velocity."""
         linear = np.zeros((len(self.q), self.mechanism.nv, 3))
         angular = np.zeros_like(linear)
@@ -109,10 +130,10 @@ class ManyPoses:
         return linear, angular
 
     def _loop(self, loop: Loop, names: tuple[str, ...]) -> tuple[Array, Array]:
-        (ra, pa), (rb, pb) = self._frame(loop.body_a), self._frame(loop.body_b)
+        (ra, pa), (rb, pb) = self.frame(loop.body_a), self.frame(loop.body_b)
         a, b = loop.placement_a, loop.placement_b
         pa, pb = pa + ra @ a.translation, pb + rb @ b.translation
-        (va, wa), (vb, wb) = self._motion(loop.body_a, pa), self._motion(loop.body_b, pb)
+        (va, wa), (vb, wb) = self.motion(loop.body_a, pa), self.motion(loop.body_b, pb)
         d, relative = pb - pa, vb - va
         if loop.kind == "distance":
             value = ((d * d).sum(axis=1) - loop.length**2) / (2.0 * loop.length)
