@@ -25,7 +25,7 @@ from mechlab.mechanism.geometry import Array
 AT_ONCE = 20
 """Steps of one graph: their states go to the host together."""
 REFINED, ACTIVE_SETS = 3, 10
-"""Solves of the constraints for equalities alone, and where limits may act. One solve of a four-bar is off by 150 times as much as three."""
+"""Solves of the constraints for equalities alone, and where limits may act. One solve of a four-bar is off 150 times as far as three."""
 WITHOUT_EFFECT = ("dof_length", "site_size", "geom_rbound", "geom_size", "geom_pos", "geom_quat", "geom_aabb")
 """Fields of a model that a motion without contact and without sleep does not feel."""
 OPTIONS = ("gravity", "wind", "magnetic", "density", "viscosity")

@@ -255,7 +255,7 @@ def _with_quantities(
         if not reason:
             return replace(request, method=ROLLOUT)
         break
-    if request.backend not in (None, BACKENDS[0]) and not all(q.of_check for q in request.quantities):
+    if request.backend is not None and not all(q.of_check for q in request.quantities):
         raise MechlabError(f"{chosen.name}: --backend {request.backend} steps runs together, and these go one by one: {reason}.")
     return request
 
