@@ -152,6 +152,8 @@ class Reactions:
     def _wrenches(self, reader: _Reader, at: Indices, ids: Array, force: Array) -> tuple[Array, Array]:
         """Forces (g, 3) on body b, and moments (g, 3) about its site of the loop, at the states `at`."""
         rows = [-force[:, ids == k] for k in reader.equalities]
+        # MuJoCo leaves out a connect whose rows are all zero (a point that no joint moves): it carries nothing
+        rows = [r if r.size else np.zeros((len(at), 3)) for r in rows]
         if reader.connector >= 0:
             k = self._connectors.index(reader.connector)
             wrench = reader.on_b * np.array([self._kept["wrench"][i][k] for i in at])

@@ -8,10 +8,10 @@ and shafts, springs between points. Dry friction is not in h: it has no value at
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from mechlab.engines.pinocchio.constraints import PinConstraints
@@ -20,11 +20,16 @@ from mechlab.engines.pinocchio.kkt import Factors, dense, factor
 from mechlab.engines.pinocchio.model import PinModel
 from mechlab.errors import Untrustworthy
 from mechlab.experiment.tree_plant import MassShare
+from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.kinematics import Kinematics
+from mechlab.mechanism.kinematics import Kinematics, TreeKinematics, integrate
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Joint, Shaft
 from mechlab.mechanism.statics import DryFriction, spring_force, spring_stretch
+from mechlab.mechanism.structure import rank, structure
+
+FEW_ROWS = 300
+"""Rows are tested for repeating each other up to this number."""
 
 
 class Passive:
@@ -133,8 +138,7 @@ class PinPlant:
     def mass_matrix(self) -> Array:
         """(nv, nv): Pinocchio's composite rigid body algorithm with armatures, and J c c^T of every shaft."""
         if self._mass is None:
-            pin.crba(self.kin.model, self.kin.data, self.kin.q_pin)
-            mass = self.kin.data.M.copy()
+            mass = self.kin.work.mass(self.kin.q_pin)
             np.copyto(mass, mass.T, where=self._lower)
             self._mass = mass + self.passive.inertia if self.passive.has_shaft_inertia else mass
         return self._mass
@@ -145,7 +149,7 @@ class PinPlant:
         Dry friction is not in it: it has no value at rest. The runner adds it smoothed and says so.
         """
         if self._bias is None:
-            nle = pin.nonLinearEffects(self.kin.model, self.kin.data, self.kin.q_pin, self.v)
+            nle = self.kin.work.nonlinear(self.kin.q_pin, self.v)
             self._bias = nle + self.passive.force(self.kin, self.v)
         return self._bias
 
@@ -191,11 +195,8 @@ class PinPlant:
         return self.kin.jacobian(self.mechanism.frame(frame).body, self.point(frame))
 
     def masses(self) -> list[MassShare]:
-        """All that moves as one body: Pinocchio's composite inertia and momentum about the centre of mass."""
-        data = self.kin.pin.create_data()
-        pin.ccrba(self.kin.model, data, self.kin.q_pin, self.v)
-        pin.centerOfMass(self.kin.model, data, self.kin.q_pin)
-        return [MassShare(data.Ig.mass, data.com[0], data.Ig.inertia, data.hg.linear, data.hg.angular)]
+        """All that moves as one body, or as a few of them: Pinocchio's composite inertia and momentum about the centre of mass."""
+        return self.kin.work.moving(self.kin.q_pin, self.v)
 
     def lines(self) -> Array:
         """(loop rows, 6) force line of each loop row on body b: force, moment about the world's origin, per unit."""
@@ -204,8 +205,26 @@ class PinPlant:
     def factors(self) -> Factors | None:
         """Factors of mass matrix and constraint rows; None when the mass matrix is singular by itself."""
         if self._factors is None:
-            self._factors = factor(self.mass_matrix(), self.jacobian())
+            self._factors = factor(self.mass_matrix(), self.jacobian(), self._rank)
         return self._factors
+
+    @cached_property
+    def _rank(self) -> int | None:
+        """Rank of the constraint rows where the loops are closed, if it is below their number; None where they are independent, but
+        for rows that are zero."""
+        count = len(self.constraints)
+        if not 0 < count <= FEW_ROWS:
+            return None
+        m = self.mechanism
+        constraints = ConstraintSet(m)
+        # planar loops have rows that are zero in every pose, closed or not
+        moved = integrate(m, m.reference(), np.random.default_rng(5).normal(size=m.nv))
+        size = np.abs(constraints.jacobian(TreeKinematics(m, moved))).max(axis=1)
+        independent = int(np.count_nonzero(size > 1e-12 * size.max()))
+        if rank(constraints.jacobian(TreeKinematics(m))) >= independent:
+            return None
+        found = structure(m).rank
+        return found if found < independent else None
 
     def correction(self, residual: Array) -> Array:
         """(nv,) smallest change of the rates, or displacement, that takes `residual` (rows,) away: J dv = -residual."""

@@ -4,8 +4,9 @@ of a named frame.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
-import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from mechlab.engines.pinocchio.model import PinModel, to_pinocchio
@@ -25,7 +26,7 @@ class PinKinematics:
         self.pin = mechanism if isinstance(mechanism, PinModel) else to_pinocchio(mechanism)
         self.mechanism = self.pin.mechanism
         self.model = self.pin.model
-        self.data = self.pin.create_data()
+        self.work = self.pin.workspace()
         self.pose_count = 0
         self.q, self._state = np.zeros(0), b""
         self.support = np.zeros((self.model.njoints, self.model.nv))
@@ -50,20 +51,16 @@ class PinKinematics:
             self.pose_count += 1
         self.still = v is None
         self.v = np.zeros(m.nv) if v is None else v
-        self._placed = False
+        self._placed: Any = None
         self._twists: tuple[Array, Array] | None = None
         return self
 
-    def placed(self) -> pin.Data:
-        """Pinocchio's data with placements `oMi`, joint columns `J` and their rates `dJ` of the present state; computed
+    def placed(self) -> Any:
+        """Pinocchio's data with placements `oMi`, joint columns `J` and their rates `dJ` of the present state (or `Placed`); computed
         when first asked for, as a tree without loops does its dynamics without them."""
-        if not self._placed:
-            if self.still:
-                pin.computeJointJacobians(self.model, self.data, self.q_pin)
-            else:
-                pin.computeJointJacobiansTimeVariation(self.model, self.data, self.q_pin, self.v)
-            self._placed = True
-        return self.data
+        if self._placed is None:
+            self._placed = self.work.place(self.q_pin, None if self.still else self.v)
+        return self._placed
 
     @property
     def spatial(self) -> Array:
@@ -123,6 +120,17 @@ class PinKinematics:
         return np.concatenate([rate[:3] + cross(rate[3:], point) + cross(twist[3:], moving), rate[3:]])
 
 
+def frame_state(kin: PinKinematics, frame: str) -> tuple[Array, Array, Array, Array]:
+    """Pose (4, 4), velocity (6,), Jacobian (6, nv) and dJ/dt v (6,) of a Frame at the state of `kin`: linear at its origin, then
+    angular, in world axes. Raises MechlabError for an unknown frame."""
+    place = kin.mechanism.frame(frame)
+    rotation, origin = kin.pose(place.body)
+    point = origin + rotation @ place.placement.translation
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = rotation @ place.placement.rotation, point
+    return pose, kin.velocity(place.body, point), kin.jacobian(place.body, point), kin.bias(place.body, point)
+
+
 def frame_motion(
     mechanism: Mechanism, frame: str, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None
 ) -> tuple[Array, Array, Array]:
@@ -130,13 +138,7 @@ def frame_motion(
 
     Rates v and accelerations a (nv,) default to zero. Raises MechlabError for an unknown frame.
     """
-    place = mechanism.frame(frame)
-    kin = PinKinematics(mechanism, q, v)
-    rotation, origin = kin.pose(place.body)
-    point = origin + rotation @ place.placement.translation
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = rotation @ place.placement.rotation, point
-    acceleration = kin.bias(place.body, point)
+    pose, velocity, jacobian, acceleration = frame_state(PinKinematics(mechanism, q, v), frame)
     if a is not None:
-        acceleration = acceleration + kin.jacobian(place.body, point) @ np.asarray(a, dtype=float)
-    return pose, kin.velocity(place.body, point), acceleration
+        acceleration = acceleration + jacobian @ np.asarray(a, dtype=float)
+    return pose, velocity, acceleration

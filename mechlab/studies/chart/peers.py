@@ -8,6 +8,7 @@ tolerance) that meets the target is found with the reference, and only its run c
 
 from __future__ import annotations
 
+import inspect
 import math
 import statistics
 import sys
@@ -99,11 +100,15 @@ def whole_run(problem: Problem, target: float) -> tuple[float, Recording]:
 
 
 def _forget() -> None:
-    """Empty every table of results that the package keeps between calls."""
+    """Empty every table of results on models that the package keeps between calls.
+
+    What belongs to the process, as imports do, stays: functions without arguments (versions of packages), and the tables of
+    numerical methods in `mechlab.integrate`, which know no models.
+    """
     for name, module in list(sys.modules.items()):
-        if name.partition(".")[0] == "mechlab":
+        if name.partition(".")[0] == "mechlab" and not name.startswith("mechlab.integrate."):
             for one in list(vars(module).values()):
-                if hasattr(one, "cache_clear"):
+                if hasattr(one, "cache_clear") and inspect.signature(one).parameters:
                     one.cache_clear()
 
 
