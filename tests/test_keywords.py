@@ -38,8 +38,8 @@ LIKE: dict[str, dict[str, str]] = {
     "run": {"out": "-o"},
     "show": {"fidelity": "--fidelity"},
     "simulate": {
-        "scene": "--scene", "duration": "--duration", "timestep": "--timestep", "max_error": "--max-error", "engine": "--engine",
-        "fidelity": "--fidelity", "at": "--at", "order_check": "--order-check", "out": "-o",
+        "scene": "--scene", "duration": "--duration", "timestep": "--timestep", "max_error": "--max-error", "budget": "--budget",
+        "engine": "--engine", "fidelity": "--fidelity", "at": "--at", "order_check": "--order-check", "out": "-o",
     },
     "stability": {
         "scene": "--scene", "kinds": "--map", "methods": "--methods", "fidelity": "--fidelity", "out": "-o", "budget": "--budget",

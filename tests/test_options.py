@@ -94,6 +94,10 @@ COMMANDS: dict[tuple[str, str], list[Differ | Writes | Refused]] = {
         Differ("simulate pendulum --duration 0.1", "--max-error 1e-6"),
         Refused("simulate pendulum --duration 0.1 --engine analytic --max-error 1e-3", "max_error"),
     ],
+    ("simulate", "--budget"): [
+        Differ("simulate fourbar --duration 0.1 --max-error 1e-10", "--budget 0.01"),
+        Refused("simulate pendulum --budget 1", "budget"),
+    ],
     ("simulate", "--engine"): [Differ("simulate pendulum --duration 0.1", "--engine pinocchio")],
     ("simulate", "--order-check"): [
         Differ("simulate pendulum --duration 0.1", "--order-check"),

@@ -260,11 +260,12 @@ class LoopWatch:
         self.limit = OPEN_LOOP * smallest_link(map_.mechanism)
         self.names = [x.name for x in map_.mechanism.loops if x.kind != "distance"]
         self.worst: tuple[float, float, str] | None = None
+        self._watches = bool(self.names) and math.isfinite(self.limit)
         self._rows = -1
 
     def opened(self, t: float, data: mujoco.MjData) -> bool:
         """True when the distance between the two sides of any loop is beyond the limit; remembers which and how far."""
-        if not self.names or not np.isfinite(self.limit):
+        if not self._watches:
             return False
         if data.ne != self._rows:  # the rows of equalities keep their places while their number is the same
             self._points = np.array([self.map.rows(data, name)[:3] for name in self.names])
