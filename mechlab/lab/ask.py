@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -10,9 +11,9 @@ import numpy as np
 
 from mechlab.errors import EngineMissing, MechlabError, unknown
 from mechlab.experiment.parameters import checked, describe, entry_units
-from mechlab.experiment.question import Answer, Answers, Open, Question, choose, one_spelling
+from mechlab.experiment.question import Answer, Answers, Open, Question, WitnessInBulk, answers_at, choose, one_spelling
 from mechlab.kit.quantities import quantities, split
-from mechlab.kit.witness import engine_answer
+from mechlab.kit.witness import engine_answers
 from mechlab.lab.design import Design
 from mechlab.lab.gear_trains.power_flow import asks_power_flow, power_flow_question
 from mechlab.lab.gear_trains.row_lag import asks_lag, lag_question
@@ -116,7 +117,7 @@ def numeric(key: str, value: Any) -> Any:
 
 
 def _ask_one(name: str, witness: Any, design: Design, values: Mapping[str, Any]) -> Answer:
-    """One witness; the closed form takes arrays at once, an engine one pose after the other."""
+    """One witness; the closed form takes arrays at once, an engine a list of poses."""
     try:
         shape = np.broadcast_shapes(*(np.shape(v) for v in values.values()))
     except ValueError as error:
@@ -127,9 +128,7 @@ def _ask_one(name: str, witness: Any, design: Design, values: Mapping[str, Any])
         if name == "analytic":
             return _plain(witness(design.parameters, values))
         flat = {k: np.broadcast_to(v, shape).ravel() for k, v in values.items()}
-        answers = [
-            witness(design.parameters, {k: float(v[i]) for k, v in flat.items()}) for i in range(int(np.prod(shape)))
-        ]
+        answers = answers_at(witness, design.parameters, flat, math.prod(shape))
     except EngineMissing as missing:
         return Answer(cannot=str(missing))
     if any(a.cannot for a in answers):
@@ -167,7 +166,7 @@ def generic_question(design: Design, values: Mapping[str, Any]) -> Question:
     wanted = _wanted(m, values)
 
     def witness(engine: str) -> Any:
-        return lambda p, given: engine_answer(engine, m, given, wanted)
+        return WitnessInBulk(lambda p, given, count: engine_answers(engine, m, given, wanted, count))
 
     angles = tuple(k for k in m.scalar_names if not is_length(m, k))
     return Question(

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from mechlab.engines.pinocchio.closer import kept_closer
@@ -82,7 +81,7 @@ class Pinocchio(Engine):
         if len(plant.constraints) or plant.passive.has_shaft_inertia:
             return plant.accelerations(applied)[0]
         tau = applied - plant.passive.force(plant.kin, plant.v)
-        return np.array(pin.aba(plant.kin.model, plant.kin.data, plant.kin.q_pin, plant.v, tau))
+        return plant.kin.work.forward(plant.kin.q_pin, plant.v, tau).copy()
 
     def assemble(
         self, mechanism: Mechanism, given: Mapping[str, Any], start: ArrayLike | None = None, steps: int = 10

@@ -18,6 +18,7 @@ import pinocchio as pin
 from mechlab.engines.pinocchio.form import rigid_constraints
 from mechlab.engines.pinocchio.model import PinModel, build
 from mechlab.engines.pinocchio.runner import run
+from mechlab.engines.pinocchio.workspace import refuse_large
 from mechlab.engines.state import RATE_LIMIT
 from mechlab.experiment.laws import Law
 from mechlab.experiment.prices import CONSTRAINED, price_of_laws
@@ -63,6 +64,7 @@ class ConstrainedDynamics:
     def __init__(self, mechanism: Mechanism, laws: tuple[Law, ...], kp: float, kd: float, mu: float = MU) -> None:
         self.mechanism, self.laws = mechanism, laws
         self.price = CONSTRAINED.of(mechanism) + price_of_laws(laws)
+        refuse_large(mechanism.name, mechanism.nv)
         made = build(mechanism)
         self.model = made.model
         self.springs = [_Spring(made, s) for s in mechanism.springs]
