@@ -226,7 +226,7 @@ def repetitions(jacobian: Array, independent: Sequence[int], names: Sequence[str
 
     With J_i^T = Q R of the independent rows, row = c J_i gives R c^T = Q^T row^T.
     """
-    others = np.delete(np.arange(len(jacobian)), list(independent))
+    others = np.flatnonzero(~np.isin(np.arange(len(jacobian)), independent))
     if not len(independent):
         return tuple(Redundancy(names[i], ()) for i in others)
     q, r = np.linalg.qr(jacobian[list(independent)].T)
