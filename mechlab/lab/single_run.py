@@ -33,11 +33,12 @@ def versions() -> dict[str, str]:
 def _versions() -> dict[str, str]:
     """`versions`, looked up once in a process: what is imported stays as it is."""
     out = {}
-    for name, distribution in {"mechlab": DISTRIBUTION, **{p: p for p in ("numpy", "scipy", "mujoco", "pin")}}.items():
-        try:
-            out[name] = metadata.version(distribution)
-        except metadata.PackageNotFoundError:
-            continue
+    with spent_on("imports"):
+        for name, distribution in {"mechlab": DISTRIBUTION, **{p: p for p in ("numpy", "scipy", "mujoco", "pin")}}.items():
+            try:
+                out[name] = metadata.version(distribution)
+            except metadata.PackageNotFoundError:
+                continue
     return out
 
 

@@ -43,6 +43,7 @@ class RunSamples:
         self.model, self.data, self.map, self.driver = model, data, map_, driver
         self.reactions = Reactions(map_)
         self.watch = watch
+        self._motion = data.qpos, data.qvel, data.qacc
         self.loops = LoopWatch(map_)
         self.friction = FrictionWatch(map_)
         self.t: list[float] = []
@@ -55,21 +56,21 @@ class RunSamples:
     def take(self, t: float) -> bool:
         """Evaluate the present state and record it; a state that is not finite is left out. True: end the run here,
         a loop has opened or the assembly mode is not the one to keep."""
-        data = self.data
+        data, (qpos, qvel, qacc) = self.data, self._motion
         self.driver.sampling = True
         mujoco.mj_forward(self.model, data)
         self.driver.sampling = False
-        if not finite(data.qacc):
+        if not finite(qacc):
             if not self.t:
                 raise MechlabError(f"{self.map.mechanism.name}: MuJoCo's accelerations at t = 0 are not finite.")
             return False
         self.t.append(t)
-        self._states.append((data.qpos.copy(), data.qvel.copy()))
+        self._states.append((qpos.copy(), qvel.copy()))
         self.reactions.keep(data)
         self._force.append(self.driver.now())
         self._work.append(self.driver.work)
         self.friction.take(data)
-        return self.loops.opened(t, data) or (self.watch.watches and self.watch.changed(self.map.coordinates(data.qpos)))
+        return self.loops.opened(t, data) or (self.watch.watches and self.watch.changed(self.map.coordinates(qpos)))
 
     @cached_property
     def states(self) -> tuple[Array, Array]:

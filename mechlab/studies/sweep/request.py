@@ -68,6 +68,8 @@ METHODS = {
     RUNS: "one run or check for each point",
 }
 """Methods of computation, with an explanation of each."""
+BACKENDS = ("mujoco", "warp")
+"""Who steps motions together: MuJoCo in double precision, or MuJoCo Warp in single precision, on a GPU where there is one."""
 BLOCK = {CLOSED_FORM: 16384, ANSWERS: 256, ROLLOUT: 1024, RUNS: 32}
 """Largest number of points in a block. An interrupted sweep keeps whole blocks; a lost worker costs the blocks it works
 on."""
@@ -104,7 +106,8 @@ class SweepRequest:
     """The complete definition of a sweep: every scheduler computes the same blocks, in any order.
 
     load(source) gives the unchanged design; both must be picklable to leave this process. identity: content of the
-    source as text. parameters, given: values that are the same at all points. Points are numbered in the order of
+    source as text. parameters, given: values that are the same at all points. backend: of BACKENDS, who steps runs that go together;
+    None: MuJoCo. Points are numbered in the order of
     `work`: parameter axes vary slowest, so that neighbouring points share a design.
     """
 
@@ -124,6 +127,7 @@ class SweepRequest:
     fidelity: str | None = None
     duration: float | None = None
     timestep: float | None = None
+    backend: str | None = None
     versions: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
@@ -171,7 +175,7 @@ class SweepRequest:
             "given": {k: _plain(v) for k, v in sorted(self.given.items())}, "method": self.method, "block": self.block,
             "witness": self.witness, "scene": self.scene, "engine": self.engine, "fidelity": self.fidelity,
             "duration": self.duration, "timestep": self.timestep, "versions": dict(self.versions),
-        }  # fmt: skip
+        } | ({} if self.backend is None else {"backend": self.backend})  # fmt: skip
 
     @cached_property
     def fingerprint(self) -> str:
