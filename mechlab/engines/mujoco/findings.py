@@ -299,12 +299,12 @@ class LoopWatch:
 MASS_LIMIT = 1e-6
 
 
-def masses_finding(map_: MujocoMap, q: Array) -> Finding | None:
+def masses_finding(map_: MujocoMap, q: Array, data: mujoco.MjData | None = None) -> Finding | None:
     """Finding "engine_masses" (an error) where the engine's mass matrix at q (nq,) is not that of the mechanism; None where
-    it is, within LIMIT of sqrt(M_ii M_jj), or where connectors that the mechanism lacks carry a part of the masses."""
+    it is, within LIMIT of sqrt(M_ii M_jj), or where connectors that the mechanism lacks carry a part of the masses. data: scratch."""
     if len(map_.other_dof):
         return None
-    data = mujoco.MjData(map_.model)
+    data = mujoco.MjData(map_.model) if data is None else data
     data.qpos[:] = map_.engine_coordinates(q)
     mujoco.mj_fwdPosition(map_.model, data)
     own = TreeKinematics(map_.mechanism, q).mass_matrix()
