@@ -11,10 +11,10 @@ from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics, structur
 from mechlab.mechanism.many_motion import ManyMotion
 from mechlab.mechanism.many_poses import ManyPoses, displacement, moved
 from mechlab.mechanism.parts import LOOP_ROWS
-from tests.mechanism.samples import two_chains
 from mechlab.mechanism.singularity import nearest_to_singular
 from mechlab.mechanism.statics import passive_force, spring_stretch
 from mechlab.mechanism.structure import generic
+from tests.mechanism.samples import two_chains
 
 
 def richest(name: str) -> Mechanism:
