@@ -112,13 +112,13 @@ class MujocoMap:
     def equalities(self) -> dict[str, tuple[int, ...]]:
         """Loop or relation -> the engine's equality constraints that stand for it."""
         model = self.model
-        names = [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_EQUALITY, k) for k in range(model.neq)]
+        names = {mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_EQUALITY, k): k for k in range(model.neq)}
         out: dict[str, tuple[int, ...]] = {}
         for wanted in [x.name for x in self.mechanism.loops] + [x.name for x in self.mechanism.relations]:
-            found = [k for k, name in enumerate(names) if name in (wanted, axis_name(wanted))]
+            found = [names[name] for name in (wanted, axis_name(wanted)) if name in names]
             if not found:
                 raise unknown(f"{self.mechanism.name}: equality of the MuJoCo model", wanted, names)
-            out[wanted] = tuple(found)
+            out[wanted] = tuple(sorted(found))
         return out
 
     @cached_property
