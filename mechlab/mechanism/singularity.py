@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from mechlab.mechanism.batch_sparse import smallest_of_closures
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
@@ -52,9 +53,12 @@ def nearest_to_singular(mechanism: Mechanism, poses: Array) -> tuple[int, float]
     best = structure(mechanism)
     if not best.rank:
         return 0, 1.0
-    usual = np.linalg.norm(generic(mechanism)[1], axis=1)
-    jacobians = ManyPoses(mechanism).set(poses).residual_and_jacobian()[1]
-    smallest = _scaled_values(jacobians, usual)[:, best.rank - 1]
+    q, generic_rows = generic(mechanism)
+    smallest = smallest_of_closures(mechanism, q, poses, best.rank)
+    if smallest is None:
+        usual = np.linalg.norm(generic_rows, axis=1)
+        jacobians = ManyPoses(mechanism).set(poses).residual_and_jacobian()[1]
+        smallest = _scaled_values(jacobians, usual)[:, best.rank - 1]
     k = int(np.argmin(smallest))
     return k, float(smallest[k] / max(float(np.median(smallest)), 1e-300))
 

@@ -74,6 +74,10 @@ class FrictionWatch:
         self._rates.append(rates)
         self._standing.append(standing)
 
+    def cut(self, count: int) -> None:
+        """Keep the first `count` samples alone."""
+        del self._rates[count:], self._standing[count:]
+
     def finding(self, t: list[float], tolerance: float, timestep: float) -> Finding | None:
         """The finding "friction" of the run; None without dry friction."""
         how = f"is of first order in the step ({timestep:g} s) whatever the integrator, and creeps instead of sticking"
@@ -268,7 +272,7 @@ class LoopWatch:
         if not self._watches:
             return False
         if data.ne != self._rows:  # the rows of equalities keep their places while their number is the same
-            self._points = np.array([self.map.rows(data, name)[:3] for name in self.names])
+            self._points = self.map.first_rows(data, self.names, 3)
             self._rows = data.ne
         open_ = data.efc_pos[: data.ne]
         if open_.dot(open_) <= self.limit**2:  # all rows together are closed enough
@@ -278,6 +282,11 @@ class LoopWatch:
         if not gaps[k] <= self.limit:
             self.worst = (t, float(gaps[k]), self.names[k])
         return self.worst is not None
+
+    def cut(self, t: float) -> None:
+        """Forget a loop that opened after the time t [s]."""
+        if self.worst is not None and self.worst[0] > t:
+            self.worst = None
 
     def finding(self, duration: float) -> Finding | None:
         """The error finding "loop_open", or None when no loop opened."""

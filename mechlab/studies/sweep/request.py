@@ -63,7 +63,7 @@ class SweepBlock:
 CLOSED_FORM, ANSWERS, ROLLOUT, RUNS = "closed form", "answers", "rollout", "runs"
 METHODS = {
     CLOSED_FORM: "the closed form takes a block of points at once",
-    ANSWERS: "one question for each point",
+    ANSWERS: "one question for each point; an engine closes a block of them together",
     ROLLOUT: "mujoco.rollout steps a block of motions in the engine",
     RUNS: "one run or check for each point",
 }
@@ -76,6 +76,8 @@ on."""
 FEWEST_BLOCKS = 64
 """Sweeps point by point have at least this number of blocks (or one for each point), so that workers share them
 evenly."""
+ANSWERED_TOGETHER, FEW_BLOCKS = 32, 8
+"""Points that an engine closes together in 10 to 20 ms, hardly more than one of them takes, where that leaves so many blocks."""
 
 
 @dataclass(frozen=True)
@@ -187,15 +189,19 @@ BLOCK_STEPS = 4_000_000
 """Steps of all motions of a block of rollouts, some 10 to 100 s of work, unless a single motion takes more."""
 
 
-def block_size(method: str, count: int, steps: float = 1.0) -> int:
+def block_size(method: str, count: int, steps: float = 1.0, backend: str | None = None) -> int:
     """Number of points of a block. It depends on the request alone, so that blocks are the same for every scheduler.
 
-    steps: of each motion of a rollout.
+    steps: of each motion of a rollout. MuJoCo Warp wants as many motions at once as there are.
     """
+    if backend == "warp":
+        return max(1, min(BLOCK[CLOSED_FORM], int(10 * BLOCK_STEPS / steps)))
     if method == ROLLOUT:
         return max(1, min(max(count // ROLLOUTS, FEW_TOGETHER), BLOCK[method], int(BLOCK_STEPS / steps)))
     if method == CLOSED_FORM:
         return BLOCK[method]
+    if method == ANSWERS and count > FEWEST_BLOCKS:
+        return min(BLOCK[method], max(count // FEWEST_BLOCKS, min(count // FEW_BLOCKS, ANSWERED_TOGETHER)))
     return max(1, min(BLOCK[method], count // FEWEST_BLOCKS))
 
 

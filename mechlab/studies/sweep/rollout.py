@@ -191,7 +191,6 @@ def _roll(request: SweepRequest, alike: Sequence[_Start], out: SweepBlock, threa
     """Roll out points of equal duration and timestep; those whose balance of energy is not sure are returned."""
     from mechlab.engines.mujoco.batch import LOOKED_AT, roll
     from mechlab.engines.mujoco.stepping import grid
-    from mechlab.engines.mujoco.warp_steps import steps_of_warp
 
     steps = grid(alike[0].scene.duration, alike[0].settings.timestep)
     entry, unsure = alike[0].design.entry.channels, list[Group]()
@@ -199,10 +198,14 @@ def _roll(request: SweepRequest, alike: Sequence[_Start], out: SweepBlock, threa
     samples = len(steps.samples) if whole else min(len(steps.samples), LOOKED_AT)
     many = max(1, NUMBERS // (samples * max(x.mechanism.nq + x.mechanism.nv for x in alike)))
     portion: list[_Start] = []
-    take = steps_of_warp if request.backend == "warp" else None
+    stepping: dict[str, Any] = {"threads": threads}
+    if request.backend == "warp":
+        from mechlab.engines.mujoco import warp_steps
+
+        stepping = {"take": warp_steps.steps_of_warp, "numbers": warp_steps.NUMBERS}
 
     def roll_out() -> None:
-        for start, batch in zip(portion, roll([x.motions for x in portion], steps, whole, take, threads), strict=True):
+        for start, batch in zip(portion, roll([x.motions for x in portion], steps, whole, **stepping), strict=True):
             _take(request, start, batch, out)
             if batch.unsure.any():
                 again = start.at(batch.unsure)
