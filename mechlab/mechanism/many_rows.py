@@ -16,10 +16,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mechlab.errors import MechlabError, unknown
+from mechlab.errors import MechlabError
 from mechlab.mechanism.batch_tree import BatchRows, BatchTree
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.many_motion import frame_part
 from mechlab.mechanism.many_poses import ManyPoses, matrices, rotation_vectors
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Frame
@@ -62,7 +63,7 @@ class ManyRows:
         self._frames: dict[str, tuple[Frame, str]] = {}
         for name in self.names:
             if name not in m.scalar_names:
-                self._frames[name] = _frame_part(m, name)
+                self._frames[name] = _position_part(m, name)
         self._scalars = np.array([m.row(n) for n in self.names if n not in self._frames]).reshape(-1, m.nv)
         self._zeros = np.array([m.zero(n) for n in self.names if n not in self._frames])
         simple = not self._frames and all(j.nv == 1 for j in m.joints)
@@ -276,9 +277,8 @@ def inverted(matrices: Array) -> Array:
         return np.asarray(out)
 
 
-def _frame_part(m: Mechanism, name: str) -> tuple[Frame, str]:
-    for frame in m.frames:
-        part = name.removeprefix(f"{frame.name}_")
-        if part != name and part in PARTS:
-            return frame, part
-    raise unknown(f"{m.name}: quantity", name, [*m.scalar_names, *(f"{f.name}_{p}" for f in m.frames for p in PARTS)])
+def _position_part(m: Mechanism, name: str) -> tuple[Frame, str]:
+    frame, part = frame_part(m, name)
+    if part not in PARTS:
+        raise MechlabError(f"{name} is a rate of turning and has no value; give {frame.name}_rotation.")
+    return frame, part

@@ -91,11 +91,13 @@ def _holds(law: object) -> bool:
     return isinstance(law, Servo) and isinstance(law.motion, Hold)
 
 
-def roll(motions: Sequence[Motions], steps: Grid, whole: bool = True, take: Steps | None = None, threads: int = 1) -> list[Batch]:
+def roll(
+    motions: Sequence[Motions], steps: Grid, whole: bool = True, take: Steps | None = None, threads: int = 1, numbers: int = NUMBERS
+) -> list[Batch]:
     """The motions over the steps of the grid; whole: keep all its samples, not only those that are looked at.
 
-    take: who steps, by default the engine itself on `threads` threads. Raises MechlabError for a mechanism or scene of
-    `why_not_together`.
+    take: who steps, by default the engine itself on `threads` threads; numbers: most of one call of it. Raises MechlabError for a
+    mechanism or scene of `why_not_together`.
     """
     for x in motions:
         reason = why_not_together(x.mechanism, x.scene, x.settings)
@@ -113,7 +115,7 @@ def roll(motions: Sequence[Motions], steps: Grid, whole: bool = True, take: Step
     for one in prepared:
         alike.setdefault(_shape(one.model), []).append(one)
     for shaped in alike.values():
-        _roll_alike(shaped, steps, take or steps_of_engine(threads))
+        _roll_alike(shaped, steps, take or steps_of_engine(threads), numbers)
     out: dict[int, Batch] = {}
     for one, group in zip(prepared, same.values(), strict=True):
         ends = np.cumsum([0, *(len(motions[k].q) for k in group)]).tolist()
@@ -127,12 +129,12 @@ def _joined(motions: Sequence[Motions]) -> Motions:
     return replace(motions[0], q=np.concatenate([x.q for x in motions]), v=np.concatenate([x.v for x in motions]), loads=loads)
 
 
-def _roll_alike(group: Sequence[_Prepared], steps: Grid, take: Steps) -> None:
+def _roll_alike(group: Sequence[_Prepared], steps: Grid, take: Steps, numbers: int) -> None:
     """Roll out motions whose models have the same shape, some of them at a time."""
     ends = np.cumsum([0, *(len(x.start) for x in group)])
     start, push = np.concatenate([x.start for x in group]), np.concatenate([x.push for x in group])
     models = [x.model for x in group for _ in range(len(x.start))]
-    many = max(1, NUMBERS // (steps.count * (start.shape[1] + models[0].nsensordata)))
+    many = max(1, numbers // (steps.count * (start.shape[1] + models[0].nsensordata)))
     for i in range(0, len(models), many):
         s = slice(i, min(i + many, len(models)))
         states, sensed = take(models[s], start[s], push[s], steps.count)

@@ -11,6 +11,7 @@ import numpy as np
 
 from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
+from mechlab.experiment.many_starts import many_initial_states
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings, initial_state
 from mechlab.lab.design import AUTO, Design
@@ -191,7 +192,6 @@ def _roll(request: SweepRequest, alike: Sequence[_Start], out: SweepBlock, threa
     """Roll out points of equal duration and timestep; those whose balance of energy is not sure are returned."""
     from mechlab.engines.mujoco.batch import LOOKED_AT, roll
     from mechlab.engines.mujoco.stepping import grid
-    from mechlab.engines.mujoco.warp_steps import steps_of_warp
 
     steps = grid(alike[0].scene.duration, alike[0].settings.timestep)
     entry, unsure = alike[0].design.entry.channels, list[Group]()
@@ -199,10 +199,14 @@ def _roll(request: SweepRequest, alike: Sequence[_Start], out: SweepBlock, threa
     samples = len(steps.samples) if whole else min(len(steps.samples), LOOKED_AT)
     many = max(1, NUMBERS // (samples * max(x.mechanism.nq + x.mechanism.nv for x in alike)))
     portion: list[_Start] = []
-    take = steps_of_warp if request.backend == "warp" else None
+    stepping: dict[str, Any] = {"threads": threads}
+    if request.backend == "warp":
+        from mechlab.engines.mujoco import warp_steps
+
+        stepping = {"take": warp_steps.steps_of_warp, "numbers": warp_steps.NUMBERS}
 
     def roll_out() -> None:
-        for start, batch in zip(portion, roll([x.motions for x in portion], steps, whole, take, threads), strict=True):
+        for start, batch in zip(portion, roll([x.motions for x in portion], steps, whole, **stepping), strict=True):
             _take(request, start, batch, out)
             if batch.unsure.any():
                 again = start.at(batch.unsure)
@@ -270,8 +274,11 @@ def starts(
         for name, x in rates.items():
             v[:, mechanism.v_slice[name].start] = x
         return q, v, closed
-    q, v = np.zeros((n, mechanism.nq)), np.zeros((n, mechanism.nv))
-    for i in range(n):
+    q, v, sure = np.zeros((n, mechanism.nq)), np.zeros((n, mechanism.nv)), np.zeros(n, dtype=bool)
+    if n >= FEWEST and any(np.ndim(x) and np.ptp(x) > 0.0 for x in first.values()):
+        begin, going = ({k: np.broadcast_to(np.asarray(x, dtype=float), n) for k, x in d.items()} for d in (first, rates))
+        q, v, sure = many_initial_states(mechanism, begin, going, n)
+    for i in np.flatnonzero(~sure):
         here = [{k: float(np.broadcast_to(x, n)[i]) for k, x in given.items()} for given in (first, rates)]
         try:
             q[i], v[i] = initial_state(mechanism, replace(scene, initial=here[0], initial_rates=here[1]))
