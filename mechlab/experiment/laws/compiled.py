@@ -70,6 +70,7 @@ class CompiledLaws:
                 controllers.append(law)
             else:
                 self._others.append(law)
+        self._blind = not (formulas or controllers)  # nobody reads z
         rates = [(law, f) for law in self.states.laws if (f := _state_rate(law)) is not None]
         self._all_rates = len(rates) == len(self.states.laws)
         used = [a for _, f in formulas for a in f.arguments]
@@ -141,6 +142,8 @@ class CompiledLaws:
 
     def put(self, t: float, q: Array, v: Array) -> None:
         """Take the state at which `forces`, `generalised` and `state_rates` are asked for next."""
+        if self._blind:
+            return
         self._basis.values(t, self._time)
         self._q[:] = q
         self._v[:] = v
@@ -155,7 +158,7 @@ class CompiledLaws:
         if self.affine:
             both = self._both.dot(self._z)
             return both[self._nv :], both[: self._nv]
-        y = self._rows.dot(self._z)
+        y = np.zeros(self._count) if self._blind else self._rows.dot(self._z)
         out: Array = y[: self._count]
         if self._shaped:
             numbers = y.tolist()
