@@ -14,6 +14,7 @@ from mechlab.mechanism.parts import LOOP_ROWS
 from mechlab.mechanism.singularity import nearest_to_singular
 from mechlab.mechanism.statics import passive_force, spring_stretch
 from mechlab.mechanism.structure import generic
+from tests.benchmarks.bench_large import four_bars
 from tests.mechanism.samples import two_chains
 
 
@@ -71,9 +72,10 @@ def test_energies_of_many_states_are_those_of_the_tree(name: str) -> None:
         assert slope[k] == pytest.approx(-float(force @ v[k]), abs=1e-7 * size)
 
 
-@pytest.mark.parametrize("name", ["fourbar", "bricard", "andrews"])
+@pytest.mark.parametrize("name", ["fourbar", "bricard", "andrews", "n_fourbar N=35"])
 def test_the_nearest_pose_to_a_singular_one_by_the_tree_at_each(name: str) -> None:
-    m = richest(name)
+    name, _, given = name.partition(" N=")
+    m = four_bars(int(given)) if given else richest(name)  # large enough to be solved sparsely
     rng = np.random.default_rng(13)
     q = moved(m, np.tile(m.reference(), (6, 1)), 0.4 * rng.standard_normal((6, m.nv)))
     constraints, sizes, rank = ConstraintSet(m), np.linalg.norm(generic(m)[1], axis=1), structure(m).rank

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Sequence
 from functools import cached_property, lru_cache
 from pathlib import Path
 
@@ -111,13 +112,13 @@ class MujocoMap:
     def equalities(self) -> dict[str, tuple[int, ...]]:
         """Loop or relation -> the engine's equality constraints that stand for it."""
         model = self.model
-        names = [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_EQUALITY, k) for k in range(model.neq)]
+        names = {mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_EQUALITY, k): k for k in range(model.neq)}
         out: dict[str, tuple[int, ...]] = {}
         for wanted in [x.name for x in self.mechanism.loops] + [x.name for x in self.mechanism.relations]:
-            found = [k for k, name in enumerate(names) if name in (wanted, axis_name(wanted))]
+            found = [names[name] for name in (wanted, axis_name(wanted)) if name in names]
             if not found:
                 raise unknown(f"{self.mechanism.name}: equality of the MuJoCo model", wanted, names)
-            out[wanted] = tuple(found)
+            out[wanted] = tuple(sorted(found))
         return out
 
     @cached_property
@@ -145,6 +146,15 @@ class MujocoMap:
         """Rows of the constraint arrays (efc_*) of a loop or relation, as they stand in `data` now."""
         is_equality = data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY
         return np.flatnonzero(is_equality & np.isin(data.efc_id, self.equalities[name]))
+
+    def first_rows(self, data: mujoco.MjData, names: Sequence[str], count: int) -> Indices:
+        """(names, count) the first rows of each of some loops or relations, as `rows`, in one pass over the arrays."""
+        equality = np.flatnonzero(data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY)
+        ids = data.efc_id[equality]
+        order = np.argsort(ids, kind="stable")
+        ends = np.searchsorted(ids[order], np.arange(self.model.neq + 1))
+        own = [[equality[order[ends[e] : ends[e + 1]]] for e in self.equalities[name]] for name in names]
+        return np.array([np.sort(np.concatenate(rows))[:count] for rows in own], dtype=int).reshape(-1, count)
 
     # -- coordinates and rates ---------------------------------------------------------------------------------------
 
