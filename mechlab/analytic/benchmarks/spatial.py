@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -151,9 +152,10 @@ class Governor:
     spring_length: float
     gravity: float
 
-    def moment(self, alpha: float) -> tuple[float, float]:
-        """Moment of inertia about the axis and its derivative by alpha."""
-        c, s, a, half = math.cos(alpha), math.sin(alpha), self.pivot, 0.5 * self.arm_length
+    def moment(self, alpha: Any) -> tuple[Any, Any]:
+        """Moment of inertia about the axis and its derivative by alpha: floats of a float, else arrays."""
+        of = math if isinstance(alpha, float) else np
+        c, s, a, half = of.cos(alpha), of.sin(alpha), self.pivot, 0.5 * self.arm_length
         one = self.arm_along * s * s + self.arm_across * c * c
         one += self.arm_mass * (a + half * c) ** 2 + self.ball_mass * (a + 2.0 * half * c) ** 2
         slope = 2.0 * (self.arm_along - self.arm_across) * s * c
@@ -162,13 +164,15 @@ class Governor:
         return self.upright + 2.0 * one, 2.0 * slope
 
     def slope(self, t: float, y: Array) -> Array:
-        """Rate (6,) of y = (alpha, s, phi, alpha', s', H)."""
-        alpha, s, _, dalpha, ds, momentum = y.tolist()
-        sine, cosine, half = math.sin(alpha), math.cos(alpha), 0.5 * self.arm_length
+        """Rate (..., 6) of y = (alpha, s, phi, alpha', s', H)."""
+        # a single state, in the loop of an integration, is much faster when it stays floats
+        of: Any = math if y.ndim == 1 else np
+        alpha, s, _, dalpha, ds, momentum = y.tolist() if y.ndim == 1 else np.moveaxis(y, -1, 0)
+        sine, cosine, half = of.sin(alpha), of.cos(alpha), 0.5 * self.arm_length
         moment, bend = self.moment(alpha)
         spin = momentum / moment
         x, z = half * cosine, self.height - half * sine - s
-        length = math.hypot(x, z)
+        length = of.hypot(x, z)
         by_alpha = (-half * sine * x - half * cosine * z) / length
         by_s = -z / length
         tension = self.spring_stiffness * (length - self.spring_length)
@@ -176,4 +180,5 @@ class Governor:
         own = self.arm_across + self.arm_mass * half**2 + self.ball_mass * self.arm_length**2
         weight = self.gravity * cosine * (self.arm_mass * half + self.ball_mass * self.arm_length)
         accel = (0.25 * bend * spin * spin + weight - tension * by_alpha) / own
-        return np.array([dalpha, ds, spin, accel, -self.gravity - 2.0 * tension * by_s / self.slider_mass, 0.0])
+        fall = -self.gravity - 2.0 * tension * by_s / self.slider_mass
+        return np.moveaxis(np.array([dalpha, ds, spin, accel, fall, 0.0 * momentum]), 0, -1)
