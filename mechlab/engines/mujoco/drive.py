@@ -105,6 +105,13 @@ class Driver:
             self._forces = forces
             self._refuse()
 
+    def unaccounted(self) -> None:
+        """`push`, and forces at the samples alone: for runs that are compared with another one."""
+        if self.sampling:
+            self()
+        else:
+            self.push()
+
     def __call__(self) -> None:
         """One evaluation: the engine's state is current, its forces are not computed yet."""
         count_work(self._price)
@@ -169,6 +176,8 @@ class Driver:
 
     def now(self) -> list[float]:
         """Forces in the order of `targets`."""
+        if self.held is None and len(self._forces) == len(self.targets) and self.applied.targets == self.targets:
+            return self._forces.tolist()
         forces = self.forces
         return [forces[name] for name in self.targets]
 

@@ -65,7 +65,8 @@ def _run(mechanism: Mechanism, scene: Scene, chosen: Settings, steps: Grid, judg
     put_start(data, map_, q, v)
     driver = Driver(mechanism, scene.laws, MujocoPlant(mechanism, model, data, map_))
     samples = RunSamples(model, data, map_, driver, ModeWatch(mechanism, scene.keep_mode))
-    with controlled(data, driver) if driver.called else engine(), spent_on("record"):
+    act = driver if judged else driver.unaccounted
+    with controlled(data, act) if driver.called else engine(), spent_on("record"):
         # laws in Python read the dense rows in the middle of a step, reactions of distance loops at the samples
         sparse = not driver.called and sparse_is_right(model, data)
         with sparse_steps(model, sparse and not samples.reactions.distances):

@@ -11,6 +11,7 @@ import numpy as np
 
 from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
+from mechlab.experiment.many_starts import many_initial_states
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings, initial_state
 from mechlab.lab.design import AUTO, Design
@@ -273,8 +274,11 @@ def starts(
         for name, x in rates.items():
             v[:, mechanism.v_slice[name].start] = x
         return q, v, closed
-    q, v = np.zeros((n, mechanism.nq)), np.zeros((n, mechanism.nv))
-    for i in range(n):
+    q, v, sure = np.zeros((n, mechanism.nq)), np.zeros((n, mechanism.nv)), np.zeros(n, dtype=bool)
+    if n >= FEWEST and any(np.ndim(x) and np.ptp(x) > 0.0 for x in first.values()):
+        begin, going = ({k: np.broadcast_to(np.asarray(x, dtype=float), n) for k, x in d.items()} for d in (first, rates))
+        q, v, sure = many_initial_states(mechanism, begin, going, n)
+    for i in np.flatnonzero(~sure):
         here = [{k: float(np.broadcast_to(x, n)[i]) for k, x in given.items()} for given in (first, rates)]
         try:
             q[i], v[i] = initial_state(mechanism, replace(scene, initial=here[0], initial_rates=here[1]))
