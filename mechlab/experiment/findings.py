@@ -141,12 +141,15 @@ class _Modes:
             rows += _idle_rows(mechanism, held)
         self.square = len(self.keep) + len(rows) == mechanism.nv
         self.tail = np.array(rows).reshape(len(rows), mechanism.nv)
+        self.constant = not mechanism.loops
 
     def signs(self, jacobian: Array) -> Array:
         """(n,) signs of the determinants with the constraint Jacobians (n, rows, nv); 0 where the matrix is not square or is
         singular."""
         if not self.square:
             return np.zeros(len(jacobian))
+        if self.constant and len(jacobian) > 1:  # the rows of relations are the same in every pose
+            return np.repeat(self.signs(jacobian[:1]), len(jacobian))
         tails = np.broadcast_to(self.tail, (len(jacobian), *self.tail.shape))
         sign, size = np.linalg.slogdet(np.concatenate([jacobian[:, self.keep], tails], axis=1))
         return np.where(size > -60, sign, 0.0)

@@ -1,8 +1,9 @@
 """Many motions at once, stepped inside the engine by all cores (mujoco.rollout): of one mechanism or of many of the same structure,
-with loops and gears, under constant loads and under declared drives that hold.
+with loops and gears, under constant loads, servos that hold, viscous loads and declared drives that hold.
 
-Nothing calls Python between the steps. The steps are those of `mechlab.engines.mujoco.run`, bit for bit, whatever the number of
-threads. Every motion is judged (`mechlab.engines.mujoco.batch_health`), blocks of them at a time.
+Nothing calls Python between the steps. The steps are those of `mechlab.engines.mujoco.run`, whatever the number of threads: bit for bit,
+but to rounding where a servo or a viscous load is put into the model (`mechlab.engines.mujoco.passive_laws`). Every motion is judged
+(`mechlab.engines.mujoco.batch_health`), blocks of them at a time.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from mechlab.engines.mujoco.control import compiling, engine
 from mechlab.engines.mujoco.drive import engage, engaged
 from mechlab.engines.mujoco.findings import GAP_KINDS, masses_finding
 from mechlab.engines.mujoco.model import Indices, MujocoMap
+from mechlab.engines.mujoco.passive_laws import passive_laws, put_into_model
 from mechlab.engines.mujoco.sparse import LARGE, sparse_is_right
 from mechlab.engines.mujoco.stepping import Grid
 from mechlab.errors import MechlabError
@@ -73,7 +75,8 @@ class Batch:
 def why_not_together(mechanism: Mechanism, scene: Scene, settings: Settings) -> str:
     """Why motions of a mechanism in a scene cannot be rolled out; "" where they can."""
     held = engaged(scene.laws)
-    others = [x.kind for x in scene.laws if not isinstance(x, Constant) and not (x in held and _holds(x))]
+    inside = passive_laws(scene.laws, settings)
+    others = [x.kind for x in scene.laws if not (isinstance(x, Constant) or x in inside or x in held and _holds(x))]
     steps = scene.duration / settings.timestep
     parts: tuple[Joint | Shaft, ...] = (*mechanism.joints, *mechanism.shafts)
     reasons = {
@@ -184,7 +187,10 @@ class _Prepared:
         self.loads = {name: np.asarray(x, dtype=float) for name, x in motions.loads.items()}
         for law in scene.laws:
             if isinstance(law, Constant):
-                self.loads[law.on] = self.loads.get(law.on, 0.0) + np.full(count, law.value)
+                self._load(law.on, law.value)
+        for inside in passive_laws(scene.laws, motions.settings).values():
+            put_into_model(self.map, inside)
+            self._load(inside.on, inside.force)
         self.push = np.zeros((count, nv))
         for name, values in self.loads.items():
             self.push[:, self.map.dof] += values[:, None] * m.row(name)
@@ -197,6 +203,11 @@ class _Prepared:
         ahead = "" if masses is None else masses.sentence
         self.health = BatchHealth(m, scene, motions.settings, self.model, self.map, look, count, ahead)
         self.q, self.v = np.empty((count, len(keep), m.nq)), np.empty((count, len(keep), m.nv))
+
+    def _load(self, on: str, force: float) -> None:
+        """Add a constant force to those on a joint or shaft."""
+        if force:
+            self.loads[on] = self.loads.get(on, 0.0) + np.full(len(self.motions.q), force)
 
     def take(self, at: slice, states: Array, sensed: Array) -> None:
         """Keep the samples of motions `at`, and judge them."""

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from mechlab.engines.mujoco.drive import engaged
 from mechlab.engines.mujoco.findings import GAP_KINDS, LoopWatch
 from mechlab.engines.mujoco.model import Indices, MujocoMap
+from mechlab.engines.mujoco.passive_laws import passive_laws
 from mechlab.engines.state import RATE_LIMIT
 from mechlab.experiment.energy import CREEP, ENERGY_LIMIT, NOTHING, STANDSTILL, kinetic_energy
 from mechlab.experiment.findings import GAP_LIMIT, mode_signs, open_loop_finding
@@ -62,6 +63,7 @@ class BatchHealth:
         m = self.mechanism = mechanism
         self.scene, self.settings, self.look, self.ahead = scene, settings, look, ahead
         self.held = [law for law in engaged(scene.laws) if isinstance(law, Servo)]
+        self.inside = tuple(passive_laws(scene.laws, settings).values())
         self.limit, self.nq = LoopWatch(map_).limit, model.nq
         self.rows = BatchRows(BatchTree(m)) if m.loops or m.relations else None
         self.kinds = {} if self.rows is None else {k: at for k, at in self.rows.kinds.items() if len(at)}
@@ -161,6 +163,8 @@ class BatchHealth:
                 power -= law.damping * rate**2
             else:
                 power += rate * np.clip(-law.stiffness * off - law.damping * rate, -law.limit, law.limit)
+        for inside in self.inside:
+            power -= inside.damping * (v @ m.row(inside.on)) ** 2  # its spring is in the engine's potential energy
         lost, apart = self._worked(power)
         for name, force in course.loads.items():
             value = m.value(name, q)

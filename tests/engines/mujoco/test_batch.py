@@ -14,7 +14,8 @@ from mechlab.engines.mujoco.stepping import grid
 from mechlab.errors import MechlabError
 from mechlab.experiment.acting import acting
 from mechlab.experiment.findings import OPEN_LOOP, mode_signs
-from mechlab.experiment.laws import Constant, Viscous
+from mechlab.experiment.laws import Constant, Harmonic, Servo, Viscous
+from mechlab.experiment.motion import Hold
 from mechlab.experiment.scene import Scene, Settings, initial_state
 from mechlab.mechanism import Builder, ConstraintSet, Inertia, Mechanism, TreeKinematics, mode_sign, revolute
 from mechlab.mechanism.batch_tree import BatchRows, BatchTree
@@ -64,6 +65,29 @@ def test_drives_that_hold_and_gears_move_as_in_single_runs(lab, settings) -> Non
         is_that_of_single_runs(found, asked, rates)
         # the damper stops the crank of the second within a step or two: RK4 knows its work between the steps, the states do not
         assert found.unsure.tolist() == [False, m.name == "fourbar" and settings.preset == "accurate"]
+
+
+def test_servos_that_hold_and_viscous_loads_move_as_in_single_runs_to_rounding(lab) -> None:
+    m, settings = lab.fourbar(stiffness=3.0, damping=0.02), Settings(timestep=5e-4)
+    geared = planetary()
+    laws = (Servo("crank_angle", Hold(0.3), 20.0, 0.1, feedforward=0.4), Viscous("rocker_angle", 0.05), Constant("crank_angle", 0.2))
+    for mechanism, its_laws, rates in (
+        (m, laws, {"crank_angle": [0.0, 3.0]}),
+        (geared, (Viscous("carrier", 2e-3), Servo("ring", Hold(0.1), 1.0, 0.01)), {"sun": [1.0, 9.0], "ring": [0.0, 1.0]}),
+    ):
+        scene = Scene("held", duration=0.2, laws=its_laws, drives="free")
+        asked = motions(mechanism, scene, settings, rates)
+        found = roll([asked], grid(0.2, settings.timestep))[0]
+        for k in range(2):
+            start = {name: x[k] for name, x in rates.items()}
+            one = run(mechanism, replace(scene, initial_rates=start), settings)
+            # the servo starts with 7,500 rad/s2, whose rounding hard rows pass on to the rates
+            assert np.abs(found.q[k] - one.q).max() < 2e-12 and np.abs(found.v[k] - one.v).max() < 1e-9
+            assert found.reasons[k] == "" and one.health.trusted
+            # each with its own rule for the work of dampers, far below the limit of 1e-2
+            assert found.findings["energy_balance"][k] == pytest.approx(one.health.finding("energy_balance").value, abs=1e-4)
+    stiff = replace(settings, integrator="discrete", preset="stiff")
+    assert "servo" in why_not_together(m, Scene("held", duration=0.2, laws=laws), stiff)
 
 
 def test_models_of_other_lengths_go_together_and_each_moves_as_alone() -> None:
@@ -148,9 +172,9 @@ def test_the_end_of_a_range_takes_energy_and_that_is_no_fault() -> None:
 
 def test_what_python_evaluates_is_refused_by_name() -> None:
     m, settings = fourbar(), Settings()
-    scene = Scene("drag", duration=0.1, laws=(Viscous("crank", 0.1),))
-    assert "viscous" in why_not_together(m, scene, settings)
-    with pytest.raises(MechlabError, match="viscous"):
+    scene = Scene("drag", duration=0.1, laws=(Harmonic("crank", 0.1, 3.0),))
+    assert "harmonic" in why_not_together(m, scene, settings)
+    with pytest.raises(MechlabError, match="harmonic"):
         roll([motions(m, scene, settings, {"crank": [1.0]})], grid(0.1, settings.timestep))
 
 
