@@ -54,7 +54,7 @@ def _spring_damper(mechanism: Mechanism, on: str, a: Affine) -> SpringDamper | N
         return None
     constant = a.constant + sum(gain for _, gain in a.values) * mechanism.zero(on)
     for motion, gains in a.motions:
-        if not isinstance(motion, Hold):
+        if type(motion) is not Hold:  # a class derived of it may move
             return None
         constant += gains[0] * motion.value
     stiffness, damping = -sum(gain for _, gain in a.values), -sum(gain for _, gain in a.rates)
