@@ -67,8 +67,6 @@ class Steps:
             mujoco.mj_resetData(self.model, self.data)
         else:
             self.model, self.data, self.map = run_model(mechanism, settings, engaged(scene.laws))
-        # nobody reads them, and a chart shows the cost of stepping alone
-        self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
         put_start(self.data, self.map, *initial_state(mechanism, scene))
         self._laws = _driven(mechanism, scene, self.model, self.data, self.map, sampling=False)
         # laws in Python read the dense rows in the middle of a step
