@@ -73,6 +73,11 @@ class Driver:
         return bool(self.laws) and not self.at_once
 
     @property
+    def reads_rows(self) -> bool:
+        """Whether it is called and a law may read the constraint rows, which must be dense then."""
+        return self.called and not self.applied.all_formulas
+
+    @property
     def forces(self) -> dict[str, float]:
         """Joint or shaft -> force of all laws on it, at the last evaluation."""
         out = dict.fromkeys(self.targets, 0.0)

@@ -67,7 +67,7 @@ def _run(mechanism: Mechanism, scene: Scene, chosen: Settings, steps: Grid, judg
     act = driver if judged else driver.unaccounted
     with controlled(data, act) if driver.called else engine(), spent_on("record"):
         # laws in Python read the dense rows in the middle of a step, reactions of distance loops at the samples
-        sparse = not driver.called and sparse_is_right(model, data)
+        sparse = not driver.reads_rows and sparse_is_right(model, data)
         with sparse_steps(model, sparse and not samples.reactions.distances):
             blow_up, cpu, done = advance(model, data, map_, steps, samples.take, sparsely if sparse else None)
     move_cost("record", "integrate", cpu)
