@@ -228,7 +228,7 @@ RunModel = tuple[mujoco.MjModel, mujoco.MjData, MujocoMap]
 
 def run_model(mechanism: Mechanism, settings: Settings, laws: Sequence[Law]) -> RunModel:
     """A model for a run under laws, without the automatic reset and with the actuators of `engage` alone."""
-    model, data = to_mujoco(mechanism, settings)
+    model, data = to_mujoco(mechanism, settings, bare=True)
     map_ = MujocoMap(mechanism, model)
     engage(map_, laws)
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
