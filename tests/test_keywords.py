@@ -47,7 +47,7 @@ LIKE: dict[str, dict[str, str]] = {
     "sweep": {
         "quantities": "--quantity", "witness": "--witness", "scene": "--scene", "engine": "--engine", "fidelity": "--fidelity",
         "duration": "--duration", "timestep": "--timestep", "out": "-o", "plot": "--plot", "resume": "--resume",
-        "scheduler": "--scheduler", "workers": "--workers",
+        "scheduler": "--scheduler", "workers": "--workers", "backend": "--backend",
     },
     "track": {
         "duration": "--duration", "wishes": "--wishes", "tolerance": "--tolerance", "max_rate": "--max-rate",

@@ -123,6 +123,11 @@ COMMANDS: dict[tuple[str, str], list[Differ | Writes | Refused]] = {
     ("sweep", "--fidelity"): [
         Refused("sweep fourbar crank_angle=0:1:3 --fidelity minimal", "--fidelity"), Refused(f"{SWEEP} --fidelity no", "'no'"),
     ],
+    ("sweep", "--backend"): [
+        Differ(SWEEP, "--backend mujoco"), Refused(f"{SWEEP} --backend no", "'no'"),
+        Refused("sweep fourbar crank_angle=0:1:3 --backend warp", "--backend"),
+        Refused(f"{SWEEP} --quantity angle_accel --backend warp", "angle_accel takes more than the states"),
+    ],
     ("sweep", "-o"): [Writes(f"{SWEEP} -o {{}}/a.nc", "a.nc")],
     ("sweep", "--plot"): [Writes(f"{SWEEP} --plot {{}}/a.svg", "a.svg")],
     ("sweep", "--resume"): [Refused(f"{SWEEP} --resume", "-o FILE.nc")],

@@ -52,7 +52,7 @@ def kinematic_findings(
         return tuple(out)
     constraints = ConstraintSet(mechanism)
     residual, jacobian = ManyPoses(mechanism).set(q).residual_and_jacobian()
-    offset, angle, relation = _row_kinds(mechanism, constraints)
+    offset, angle, relation = row_kinds(mechanism, constraints)
     for name, rows, unit, what in (
         ("loop_gap", offset, "m", "the loops open by up to"),
         ("loop_angle", angle, "rad", "the loops tilt by up to"),
@@ -113,9 +113,22 @@ class ModeWatch:
         """True when the mode at q (nq,) differs from that of the first call; always False without held joints."""
         if self._modes is None or not np.all(np.isfinite(q)):
             return False
-        sign = float(self._modes.signs(self._constraints.jacobian(self._tree.set(q))[None])[0])
-        self._first = self._first or sign
-        return self._first * sign < 0.0
+        return self._first_other(self._modes.signs(self._constraints.jacobian(self._tree.set(q))[None])) is not None
+
+    def first_change(self, q: Array) -> int | None:
+        """Index of the first of several poses q (n, nq) for which `changed` is True; None where there is none."""
+        if self._modes is None or not len(q):
+            return None
+        jacobians = ManyPoses(self.mechanism).set(q).residual_and_jacobian()[1]
+        signs = self._modes.signs(jacobians)
+        return self._first_other(np.where(np.isfinite(q).all(axis=1), signs, 0.0))
+
+    def _first_other(self, signs: Array) -> int | None:
+        """Index of the first sign that is opposite to the first one of all calls that was not 0."""
+        if not self._first:
+            self._first = float(next((x for x in signs if x), 0.0))
+        other = np.flatnonzero(self._first * signs < 0.0)
+        return int(other[0]) if len(other) else None
 
 
 class _Modes:
@@ -128,12 +141,15 @@ class _Modes:
             rows += _idle_rows(mechanism, held)
         self.square = len(self.keep) + len(rows) == mechanism.nv
         self.tail = np.array(rows).reshape(len(rows), mechanism.nv)
+        self.constant = not mechanism.loops
 
     def signs(self, jacobian: Array) -> Array:
         """(n,) signs of the determinants with the constraint Jacobians (n, rows, nv); 0 where the matrix is not square or is
         singular."""
         if not self.square:
             return np.zeros(len(jacobian))
+        if self.constant and len(jacobian) > 1:  # the rows of relations are the same in every pose
+            return np.repeat(self.signs(jacobian[:1]), len(jacobian))
         tails = np.broadcast_to(self.tail, (len(jacobian), *self.tail.shape))
         sign, size = np.linalg.slogdet(np.concatenate([jacobian[:, self.keep], tails], axis=1))
         return np.where(size > -60, sign, 0.0)
@@ -206,7 +222,8 @@ def restart_finding(mechanism: Mechanism, t: Array, q: Array, v: Array) -> Findi
     return Finding("restart", float(t[k]), float(t[-1]), "s", "error", text)
 
 
-def _row_kinds(mechanism: Mechanism, constraints: ConstraintSet) -> tuple[list[int], list[int], list[int]]:
+def row_kinds(mechanism: Mechanism, constraints: ConstraintSet) -> tuple[list[int], list[int], list[int]]:
+    """The rows of a closure that are lengths [m], sines of angles, and sums of relations [rad or m]."""
     relations = {r.name for r in mechanism.relations}
     offset: list[int] = []
     angle: list[int] = []

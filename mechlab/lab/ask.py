@@ -35,24 +35,49 @@ def ask(design: Design, given: Mapping[str, Any]) -> Answers:
 
     Numbers or arrays of one shape (they broadcast). Raises MechlabError when the keys make no question.
     """
+    values, question = _asked(design, given)
+    assumed = {k: d for k, d in question.optional.items() if d is not None and k not in values}
+    found = {n: _ask_one(n, w, design, assumed | values) for n, w in question.witnesses.items()}
+    return _compared(design, question, values, assumed, found)
+
+
+def ask_at_points(design: Design, given: Mapping[str, Any], count: int) -> list[Answers]:
+    """`ask` at each of `count` points, given as numbers or arrays (count,): witnesses answer together where they can."""
+    values, question = _asked(design, given)
+    assumed = {k: d for k, d in question.optional.items() if d is not None and k not in values}
+    found = {}
+    for name, witness in question.witnesses.items():
+        try:
+            found[name] = answers_at(witness, design.parameters, assumed | values, count)
+        except EngineMissing as missing:
+            found[name] = [Answer(cannot=str(missing))] * count
+    points = ({k: float(v[i]) if np.ndim(v) else v for k, v in values.items()} for i in range(count))
+    return [
+        _compared(design, question, at, assumed, {n: _plain(found[n][i]) for n in found}) for i, at in enumerate(points)
+    ]
+
+
+def _asked(design: Design, given: Mapping[str, Any]) -> tuple[dict[str, Any], Question]:
+    """The given values by the names of the question, and the question."""
     values = {k: numeric(k, v) for k, v in in_si(design, given).items()}
     entry = design.entry
     values = one_spelling(entry.questions, values, design.name)
     keys = set(values)
     special = [q for q in entry.questions if set(q.given) <= keys <= set(q.given) | set(q.optional)]
     if special:
-        question = choose(entry.questions, keys, design.name)
-    elif asks_lag(keys):
-        question = lag_question(design, values)
-    elif asks_power_flow(keys):
-        question = power_flow_question(design, values)
-    else:
-        question = generic_question(design, values)
-    assumed = {k: d for k, d in question.optional.items() if d is not None and k not in values}
-    answers = {
-        name: replace(a, assumed=assumed | dict(a.assumed))
-        for name, a in ((n, _ask_one(n, w, design, assumed | values)) for n, w in question.witnesses.items())
-    }
+        return values, choose(entry.questions, keys, design.name)
+    if asks_lag(keys):
+        return values, lag_question(design, values)
+    if asks_power_flow(keys):
+        return values, power_flow_question(design, values)
+    return values, generic_question(design, values)
+
+
+def _compared(
+    design: Design, question: Question, values: Mapping[str, Any], assumed: Mapping[str, float], found: Mapping[str, Answer]
+) -> Answers:
+    """The answers of all witnesses side by side. Raises MechlabError where nothing is determined."""
+    answers = {name: replace(a, assumed=dict(assumed) | dict(a.assumed)) for name, a in found.items()}
     done = Answers(
         question.name, answers, question.angles, question.units, _parameters(design), values, design.warnings,
         question.tolerance, _length(design),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from mechlab.mechanism.batch_sparse import smallest_of_closures
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
@@ -47,14 +48,17 @@ def singularity(
 
 def nearest_to_singular(mechanism: Mechanism, poses: Array) -> tuple[int, float]:
     """Index of the pose in q (n, nq) nearest to a singular position of the constraints, and its distance: the smallest
-    singular value of the Jacobian at the usual rank, over its median of all poses; 1 without rows. Rows are scaled by
+    singular value of the Jacobian at the usual rank, over its median of all poses; 1 without loops. Rows are scaled by
     their size at a generic pose."""
     best = structure(mechanism)
-    if not best.rank:
+    if not best.rank or not mechanism.loops:  # the rows of relations are the same in every pose
         return 0, 1.0
-    usual = np.linalg.norm(generic(mechanism)[1], axis=1)
-    jacobians = ManyPoses(mechanism).set(poses).residual_and_jacobian()[1]
-    smallest = _scaled_values(jacobians, usual)[:, best.rank - 1]
+    q, generic_rows = generic(mechanism)
+    smallest = smallest_of_closures(mechanism, q, poses, best.rank)
+    if smallest is None:
+        usual = np.linalg.norm(generic_rows, axis=1)
+        jacobians = ManyPoses(mechanism).set(poses).residual_and_jacobian()[1]
+        smallest = _scaled_values(jacobians, usual)[:, best.rank - 1]
     k = int(np.argmin(smallest))
     return k, float(smallest[k] / max(float(np.median(smallest)), 1e-300))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Sequence
 from functools import cached_property, lru_cache
 from pathlib import Path
 
@@ -12,7 +13,7 @@ import numpy as np
 from mechlab.engines.mujoco.closure import Connector, equality_jacobian, find_connectors
 from mechlab.engines.mujoco.control import compiling, engine
 from mechlab.errors import MechlabError, unknown
-from mechlab.experiment.scene import Settings
+from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Settings
 from mechlab.formats.mjcf.write import to_mjcf
 from mechlab.formats.mjcf.write_loops import axis_name, body_name, tendon_name
 from mechlab.mechanism.geometry import Array
@@ -22,9 +23,15 @@ Indices = np.ndarray
 Model = mujoco.MjModel
 
 
+_AS_COMPILED = Settings()
+_SOFT = ("eq_{}", "jnt_{}", "dof_{}", "tendon_{}_lim", "tendon_{}_fri")
+"""Arrays of the softness of rows: equalities, ends of ranges and dry friction of joints, of tendons."""
+_DEFAULT_SOLREF, _DEFAULT_SOLIMP = (0.02, 1.0), (0.9, 0.95, 0.001, 0.5, 2.0)
+
+
 @lru_cache(maxsize=32)
-def _compiled(mechanism: Mechanism, settings: Settings | None) -> mujoco.MjModel:
-    text = to_mjcf(mechanism, settings)
+def _compiled(mechanism: Mechanism, bare: bool) -> mujoco.MjModel:
+    text = to_mjcf(mechanism, _AS_COMPILED, bare=bare)
     try:
         with compiling():
             return mujoco.MjModel.from_xml_string(text)
@@ -32,12 +39,29 @@ def _compiled(mechanism: Mechanism, settings: Settings | None) -> mujoco.MjModel
         raise MechlabError(f"{mechanism.name}: MuJoCo refuses the model: {error}") from None
 
 
-def to_mujoco(mechanism: Mechanism, settings: Settings | None = None) -> tuple[mujoco.MjModel, mujoco.MjData]:
+def _retune(model: mujoco.MjModel, settings: Settings) -> None:
+    """Give a compiled model the timestep, the integrator and the softness of other settings: all that they change in its text."""
+    kind = settings.integrator if settings.integrator in MUJOCO_INTEGRATORS else "RK4"
+    model.opt.timestep = settings.timestep
+    model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{kind.upper()}")
+    for name in _SOFT:
+        for what, written, wanted in (
+            ("solref", _AS_COMPILED.solref, settings.solref or _DEFAULT_SOLREF),
+            ("solimp", _AS_COMPILED.solimp, settings.solimp or _DEFAULT_SOLIMP),
+        ):
+            values = getattr(model, name.format(what))
+            values[(values == written).all(axis=1)] = wanted
+
+
+def to_mujoco(mechanism: Mechanism, settings: Settings | None = None, bare: bool = False) -> tuple[mujoco.MjModel, mujoco.MjData]:
     """A fresh model and its data in the reference pose, evaluated (mj_forward).
 
-    The model is the caller's own: the compiled one is kept and copied. Raises MechlabError when MuJoCo refuses it.
+    The model is the caller's own: the compiled one is kept and copied. bare: without shapes, sensors and keyframe, for runs.
+    Raises MechlabError when MuJoCo refuses it.
     """
-    model = copy.copy(_compiled(mechanism, settings))
+    model = copy.copy(_compiled(mechanism, bare))
+    if settings is not None:
+        _retune(model, settings)
     data = mujoco.MjData(model)
     with engine():
         mujoco.mj_forward(model, data)
@@ -89,13 +113,13 @@ class MujocoMap:
     def equalities(self) -> dict[str, tuple[int, ...]]:
         """Loop or relation -> the engine's equality constraints that stand for it."""
         model = self.model
-        names = [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_EQUALITY, k) for k in range(model.neq)]
+        names = {mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_EQUALITY, k): k for k in range(model.neq)}
         out: dict[str, tuple[int, ...]] = {}
         for wanted in [x.name for x in self.mechanism.loops] + [x.name for x in self.mechanism.relations]:
-            found = [k for k, name in enumerate(names) if name in (wanted, axis_name(wanted))]
+            found = [names[name] for name in (wanted, axis_name(wanted)) if name in names]
             if not found:
                 raise unknown(f"{self.mechanism.name}: equality of the MuJoCo model", wanted, names)
-            out[wanted] = tuple(found)
+            out[wanted] = tuple(sorted(found))
         return out
 
     @cached_property
@@ -123,6 +147,15 @@ class MujocoMap:
         """Rows of the constraint arrays (efc_*) of a loop or relation, as they stand in `data` now."""
         is_equality = data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY
         return np.flatnonzero(is_equality & np.isin(data.efc_id, self.equalities[name]))
+
+    def first_rows(self, data: mujoco.MjData, names: Sequence[str], count: int) -> Indices:
+        """(names, count) the first rows of each of some loops or relations, as `rows`, in one pass over the arrays."""
+        equality = np.flatnonzero(data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY)
+        ids = data.efc_id[equality]
+        order = np.argsort(ids, kind="stable")
+        ends = np.searchsorted(ids[order], np.arange(self.model.neq + 1))
+        own = [[equality[order[ends[e] : ends[e + 1]]] for e in self.equalities[name]] for name in names]
+        return np.array([np.sort(np.concatenate(rows))[:count] for rows in own], dtype=int).reshape(-1, count)
 
     # -- coordinates and rates ---------------------------------------------------------------------------------------
 

@@ -13,13 +13,13 @@ from functools import lru_cache
 import numpy as np
 from scipy.interpolate import BPoly
 
-from mechlab.engines.protocol import StatePlant, available, engine
+from mechlab.engines.protocol import available, engine
 from mechlab.experiment.laws import applied_force
 from mechlab.experiment.recording import over_samples
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.tree_plant import TreePlant
 from mechlab.mechanism import Mechanism
-from mechlab.mechanism.batch_dynamics import BatchDynamics, constrained_accelerations
+from mechlab.mechanism.batch_dynamics import BatchDynamics
 from mechlab.mechanism.batch_tree import BatchRows, BatchTree
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.parts import Joint, Shaft
@@ -50,9 +50,12 @@ def law_forces(m: Mechanism, scene: Scene, t: Array, q: Array, v: Array) -> tupl
     """Of the laws, at states q (n, nq), v (n, nv) at times t (n,): generalised forces (n, nv), and joint or shaft -> (n,) force."""
     if not scene.laws:
         return np.zeros_like(v), {}
+    if all(law.kind == "constant" for law in scene.laws):
+        always, by_name = applied_force(m, scene.laws, 0.0, TreePlant(m))
+        return np.tile(always, (len(t), 1)), {name: np.full(len(t), x) for name, x in by_name.items()}
     # most laws see values and rates alone; those that ask for the dynamics get it ten times faster from Pinocchio
     simple = all(law.kind in OF_VALUES_AND_RATES for law in scene.laws)
-    plant = TreePlant(m) if simple else _plant(m)
+    plant = TreePlant(m) if simple or available("pinocchio") else engine("pinocchio").plant(m)
     made = [applied_force(m, scene.laws, x, plant.set(q[k], v[k], x)) for k, x in enumerate(t.tolist())]
     return np.array([x for x, _ in made]), over_samples([x for _, x in made])
 
@@ -61,25 +64,8 @@ def accelerations(m: Mechanism, q: Array, v: Array, forces: Array) -> Array:
     """(n, nv) at states q (n, nq), v (n, nv): rigid dynamics under the forces (n, nv), without dry friction."""
     if all(j.nv == 1 for j in m.joints):
         return _dynamics(m).accelerations(q, v, forces)
-    plant, rows = _plant(m), len(m.loops) + len(m.relations)
-    found = []
-    for state in zip(q, v, strict=True):
-        p = plant.set(*state)
-        found.append(
-            (
-                p.mass_matrix().copy(),
-                p.bias().copy(),
-                *((p.jacobian().copy(), p.constraint_bias().copy()) if rows else ()),
-            )
-        )
-    mass, bias, *constraints = (np.array(x) for x in zip(*found, strict=True))
-    jacobian, curved = constraints or (np.zeros((len(q), 0, m.nv)), np.zeros((len(q), 0)))
-    return constrained_accelerations(mass, forces - bias, jacobian, -curved)
-
-
-def _plant(m: Mechanism) -> StatePlant:
-    """The mechanism in one state; its dynamics takes Pinocchio a tenth of the time."""
-    return TreePlant(m) if available("pinocchio") else engine("pinocchio").plant(m)
+    # of ball joints: Pinocchio is twenty times as fast as the numpy tree
+    return engine("numpy" if available("pinocchio") else "pinocchio").accelerations(m, q, v, forces)
 
 
 @lru_cache(maxsize=8)
