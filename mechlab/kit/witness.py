@@ -29,6 +29,9 @@ from mechlab.mechanism.length_unit import coordinate_units, in_unit_of_length, i
 from mechlab.mechanism.many_rows import ManyRows
 from mechlab.mechanism.named_rows import LETTERS
 
+FROM_REFERENCE = 10
+"""Least number of steps of the path that a search takes from the reference pose."""
+
 
 def engine_answer(
     witness: str,
@@ -59,7 +62,8 @@ def engine_answers(
     steps: int = 10,
     output: str | None = None,
 ) -> list[Answer]:
-    """`engine_answer` at `count` poses, given as numbers or arrays (count,); starts: a pose (nq,) or None for each.
+    """`engine_answer` at `count` poses, given as numbers or arrays (count,); starts: a pose (nq,) or None for each; steps: least number
+    of those of the path that a search takes from a given start.
 
     All poses are closed together, from where the engine closes each by its own kinematics (`mechlab.engines.closer.confirmed`); what is
     not surely regular there, or does not close on this way, is searched pose by pose.
@@ -70,7 +74,8 @@ def engine_answers(
         r = engine(witness)
         found = _together(r, m, given, wanted, count, starts, output)
         for k in (k for k in range(count) if k not in found):
-            found[k] = _searched(r, m, at_pose(given, k, count), wanted, None if starts is None else starts[k], steps, output)
+            start = None if starts is None else starts[k]
+            found[k] = _searched(r, m, at_pose(given, k, count), wanted, start, FROM_REFERENCE if start is None else steps, output)
     except EngineMissing as missing:
         return [Answer(cannot=str(missing))] * count
     return [found[k] for k in range(count)]

@@ -95,6 +95,15 @@ class ManyRows:
             blocks.append(block)
         return Placed(gap, tuple(values), np.concatenate(blocks, axis=1))
 
+    def one(self, q: Array, targets: Sequence[Any]) -> tuple[Array, Array]:
+        """(m,) residual and (m, nv) Jacobian at one pose q (nq,), in the fewest calls."""
+        if self._batch is None or not self._batch.count:
+            placed = self.at(q[None])
+            return self.missing(placed, [np.asarray(x, dtype=float)[None] for x in targets])[0], placed.rows[0]
+        system = self._batch.system(q[None])[0]
+        off = self._scalars @ q[self.mechanism.q_columns] + (self._zeros - targets)
+        return np.concatenate([system[:, -1], off]), np.concatenate([system[:, :-1], self._scalars])
+
     def _frame(self, frame: Frame, part: str) -> tuple[Array, Array]:
         assert self._poses is not None
         rotation, origin = self._poses.frame(frame.body)

@@ -73,6 +73,11 @@ class Driver:
         return bool(self.laws) and not self.at_once
 
     @property
+    def reads_rows(self) -> bool:
+        """Whether it is called and a law may read the constraint rows, which must be dense then."""
+        return self.called and not self.applied.all_formulas
+
+    @property
     def forces(self) -> dict[str, float]:
         """Joint or shaft -> force of all laws on it, at the last evaluation."""
         out = dict.fromkeys(self.targets, 0.0)
@@ -218,7 +223,7 @@ RunModel = tuple[mujoco.MjModel, mujoco.MjData, MujocoMap]
 
 def run_model(mechanism: Mechanism, settings: Settings, laws: Sequence[Law]) -> RunModel:
     """A model for a run under laws, without the automatic reset and with the actuators of `engage` alone."""
-    model, data = to_mujoco(mechanism, settings)
+    model, data = to_mujoco(mechanism, settings, bare=True)
     map_ = MujocoMap(mechanism, model)
     engage(map_, laws)
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET

@@ -61,14 +61,13 @@ def _run(mechanism: Mechanism, scene: Scene, chosen: Settings, steps: Grid, judg
         raise unknown("integrator of mujoco", chosen.integrator, MUJOCO_INTEGRATORS)
     q, v = initial_state(mechanism, scene)
     model, data, map_ = run_model(mechanism, chosen, scene.laws)
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR  # nobody reads them
     put_start(data, map_, q, v)
     driver = Driver(mechanism, scene.laws, MujocoPlant(mechanism, model, data, map_))
     samples = RunSamples(model, data, map_, driver, ModeWatch(mechanism, scene.keep_mode))
     act = driver if judged else driver.unaccounted
     with controlled(data, act) if driver.called else engine(), spent_on("record"):
         # laws in Python read the dense rows in the middle of a step, reactions of distance loops at the samples
-        sparse = not driver.called and sparse_is_right(model, data)
+        sparse = not driver.reads_rows and sparse_is_right(model, data)
         with sparse_steps(model, sparse and not samples.reactions.distances):
             blow_up, cpu, done = advance(model, data, map_, steps, samples.take, sparsely if sparse else None)
     move_cost("record", "integrate", cpu)

@@ -63,7 +63,7 @@ class CompiledLaws:
         formulas: list[tuple[Law, Formula]] = []
         controllers: list[Any] = []
         for law in laws:
-            found = _formulas(law)
+            found = formulas_of(law)
             if found is not None:
                 formulas += [(law, f) for f in found]
             elif callable(getattr(law, "commanded", None)):
@@ -196,8 +196,8 @@ class CompiledLaws:
         return self.states.rate(t, plant, self._state)
 
 
-def _formulas(law: Law) -> tuple[Formula, ...] | None:
-    """The formulas of a law, or None where it has none."""
+def formulas_of(law: Law) -> tuple[Formula, ...] | None:
+    """The formulas of a law; None where it has none, or a force of its own."""
     found = getattr(law, "formulas", None)
     if not callable(found) or _owner(law, "force") != _owner(law, "formulas"):
         return None  # a class that was derived from a law may have another force

@@ -49,6 +49,9 @@ def law_forces(m: Mechanism, scene: Scene, t: Array, q: Array, v: Array) -> tupl
     """Of the laws, at states q (n, nq), v (n, nv) at times t (n,): generalised forces (n, nv), and joint or shaft -> (n,) force."""
     if not scene.laws:
         return np.zeros_like(v), {}
+    if all(law.kind == "constant" for law in scene.laws):
+        always, by_name = applied_force(m, scene.laws, 0.0, TreePlant(m))
+        return np.tile(always, (len(t), 1)), {name: np.full(len(t), x) for name, x in by_name.items()}
     # most laws see values and rates alone; those that ask for the dynamics get it ten times faster from Pinocchio
     simple = all(law.kind in OF_VALUES_AND_RATES for law in scene.laws)
     plant = TreePlant(m) if simple or available("pinocchio") else engine("pinocchio").plant(m)
