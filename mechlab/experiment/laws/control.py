@@ -95,17 +95,15 @@ class ComputedTorque:
         )
 
     def force(self, t: float, plant: Plant) -> Mapping[str, float]:
-        """Forces of the drives from inverse dynamics."""
-        forces = self.inverse(plant.mechanism)(plant, self.accelerations(t, plant))
-        return dict(zip(self.drives, forces.tolist(), strict=True))
+        """Forces of the drives from inverse dynamics; that of the last mechanism is kept."""
+        kept = self._kept.get("inverse")
+        if kept is None or kept[0] is not plant.mechanism:
+            kept = self._kept["inverse"] = (plant.mechanism, self.inverse(plant.mechanism))
+        return dict(zip(self.drives, kept[1](plant, self.accelerations(t, plant)).tolist(), strict=True))
 
     def inverse(self, mechanism: Mechanism) -> InverseDynamics:
-        """The inverse dynamics of the commands by the drives; that of the last mechanism is kept."""
-        kept = self._kept.get("inverse")
-        if kept is None or kept[0] is not mechanism:
-            rows = np.array([mechanism.row(name) for name, _ in self.commands])
-            kept = self._kept["inverse"] = (mechanism, _inverse(mechanism, rows, self.drives))
-        return kept[1]
+        """The inverse dynamics of the commands by the drives, for one run: what it keeps of earlier states moves the last digits."""
+        return _inverse(mechanism, np.array([mechanism.row(name) for name, _ in self.commands]), self.drives)
 
     @cached_property
     def _kept(self) -> dict[str, tuple[Mechanism, InverseDynamics]]:
