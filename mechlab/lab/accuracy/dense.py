@@ -37,12 +37,13 @@ OF_VALUES_AND_RATES = frozenset(
 
 @dataclass(frozen=True)
 class DenseStates:
-    """q (n, nq), v (n, nv) at n times, and the same from every second node (`fewer_q`, `fewer_v`)."""
+    """q (n, nq), v (n, nv) at n times; near_q, near_v: moved by what interpolation and closing may have changed: BETWEEN of the
+    change when every second node is left out, and all that closing them has moved."""
 
     q: Array
     v: Array
-    fewer_q: Array
-    fewer_v: Array
+    near_q: Array
+    near_v: Array
 
 
 def law_forces(m: Mechanism, scene: Scene, t: Array, q: Array, v: Array) -> tuple[Array, dict[str, Array]]:
@@ -85,7 +86,9 @@ def dense_states(m: Mechanism, scene: Scene, nodes: Array, q: Array, v: Array, t
     poses, rates = np.stack([q, v, a], axis=1), np.stack([v, a], axis=1)
     # not the slope of the quintic, in which the errors of two positions appear divided by the step
     every, second = ([BPoly.from_derivatives(nodes[::k], x[::k])(t) for x in (poses, rates)] for k in (1, 2))
-    return DenseStates(*_closed(m, *every), *_closed(m, *second))
+    closed, fewer = _closed(m, *every), _closed(m, *second)
+    near = (x + BETWEEN * (less - x) + (as_is - x) for x, less, as_is in zip(closed, fewer, every, strict=True))
+    return DenseStates(*closed, *near)
 
 
 def with_difference(dense: DenseStates, nodes: Array, dq: Array, dv: Array, t: Array) -> tuple[Array, Array]:
