@@ -52,7 +52,7 @@ def kinematic_findings(
         return tuple(out)
     constraints = ConstraintSet(mechanism)
     residual, jacobian = ManyPoses(mechanism).set(q).residual_and_jacobian()
-    offset, angle, relation = _row_kinds(mechanism, constraints)
+    offset, angle, relation = row_kinds(mechanism, constraints)
     for name, rows, unit, what in (
         ("loop_gap", offset, "m", "the loops open by up to"),
         ("loop_angle", angle, "rad", "the loops tilt by up to"),
@@ -222,7 +222,8 @@ def restart_finding(mechanism: Mechanism, t: Array, q: Array, v: Array) -> Findi
     return Finding("restart", float(t[k]), float(t[-1]), "s", "error", text)
 
 
-def _row_kinds(mechanism: Mechanism, constraints: ConstraintSet) -> tuple[list[int], list[int], list[int]]:
+def row_kinds(mechanism: Mechanism, constraints: ConstraintSet) -> tuple[list[int], list[int], list[int]]:
+    """The rows of a closure that are lengths [m], sines of angles, and sums of relations [rad or m]."""
     relations = {r.name for r in mechanism.relations}
     offset: list[int] = []
     angle: list[int] = []

@@ -15,7 +15,6 @@ from typing import Any
 import mujoco
 import numpy as np
 from mujoco import rollout
-from numpy.typing import NDArray
 
 from mechlab.engines.mujoco.batch_health import BatchHealth, Course
 from mechlab.engines.mujoco.control import compiling, engine
@@ -30,7 +29,7 @@ from mechlab.experiment.laws import Constant, Servo
 from mechlab.experiment.motion import Hold
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.formats import to_mjcf
-from mechlab.formats.mjcf.write_loops import site_names
+from mechlab.formats.mjcf.write_loops import site_names, tendon_name
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Joint, Shaft
@@ -62,14 +61,13 @@ class Motions:
 @dataclass(frozen=True)
 class Batch:
     """t (m,) of the kept samples; q (N, m, nq), v (N, m, nv); findings: name -> (N,) values, as in the health record of a run;
-    reasons (N,): why a motion cannot be trusted, "" where it can; unsure (N,): where a single run can tell better (`BatchHealth`)."""
+    reasons (N,): why a motion cannot be trusted, "" where it can."""
 
     t: Array
     q: Array
     v: Array
     findings: Mapping[str, Array]
     reasons: tuple[str, ...]
-    unsure: NDArray[np.bool_]
 
 
 def why_not_together(mechanism: Mechanism, scene: Scene, settings: Settings) -> str:
@@ -83,8 +81,8 @@ def why_not_together(mechanism: Mechanism, scene: Scene, settings: Settings) -> 
         f"the engine of the scene is {settings.engine}": settings.engine != "mujoco",
         f"the scene has laws that Python evaluates ({', '.join(dict.fromkeys(others))})": bool(others),
         "there is dry friction": any(x.friction for x in parts),
-        "there are springs with damping or a range": any(s.damping or s.range is not None for s in mechanism.springs),
-        "there are joints of three coordinates": any(j.nv != 1 for j in mechanism.joints),
+        "there are springs with a range": any(s.range is not None for s in mechanism.springs),
+        "there are spherical joints with a range": any(j.nv != 1 and j.range is not None for j in mechanism.joints),
         "the timestep does not divide the duration": abs(steps - round(steps)) > 1e-9,
     }
     return next((text for text, holds in reasons.items() if holds), "")
@@ -222,11 +220,11 @@ class _Prepared:
         """What is kept of motions `at`."""
         t = np.array([self.steps.t(int(k)) for k in self.keep])
         findings = {name: x[at] for name, x in self.health.findings.items()}
-        return Batch(t, self.q[at], self.v[at], findings, tuple(self.health.reasons[at]), self.health.unsure[at])
+        return Batch(t, self.q[at], self.v[at], findings, tuple(self.health.reasons[at]))
 
 
 def _model(mechanism: Mechanism, settings: Settings) -> mujoco.MjModel:
-    """The model with those sensors alone that the health record reads: the gaps of loops, and the two energies."""
+    """The model with those sensors alone that the health record reads: gaps of loops, rates of damped springs, the two energies."""
     site = mujoco.mjtObj.mjOBJ_SITE
     with compiling():
         spec = mujoco.MjSpec.from_string(to_mjcf(mechanism, settings, bare=True))
@@ -234,6 +232,11 @@ def _model(mechanism: Mechanism, settings: Settings) -> mujoco.MjModel:
             a, b = site_names(name)
             spec.add_sensor(
                 type=mujoco.mjtSensor.mjSENS_FRAMEPOS, name=f"gap:{name}", objtype=site, objname=b, reftype=site, refname=a
+            )
+        for name in (x.name for x in mechanism.springs if x.damping):
+            tendon = tendon_name(mechanism, name)
+            spec.add_sensor(
+                type=mujoco.mjtSensor.mjSENS_TENDONVEL, name=f"rate:{name}", objtype=mujoco.mjtObj.mjOBJ_TENDON, objname=tendon
             )
         for kind in (mujoco.mjtSensor.mjSENS_E_POTENTIAL, mujoco.mjtSensor.mjSENS_E_KINETIC):
             spec.add_sensor(type=kind, name=kind.name)

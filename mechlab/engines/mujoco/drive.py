@@ -59,7 +59,7 @@ class Driver:
         self.memory = self.applied.states
         self._remembers = len(self.memory) > 0
         self._kept = self._seen = self.memory.initial
-        self._slopes: list[Array] = []
+        self._mean = np.zeros(len(self.memory))
         self.memory.put(plant, self._kept)
         self.at_once = self._rk4 and self.applied.constant and self.held is None
         self._from = {name: plant.value(name) for name in self.targets} if self.at_once else {}
@@ -96,11 +96,16 @@ class Driver:
 
     def push(self) -> None:
         """One evaluation that keeps no account of forces and work, for runs of which states alone are kept."""
-        if self._remembers:
-            self()
-            return
         count_work(self._price)
         laws, t = self.applied, self._data.time
+        if self._remembers:
+            self._apply(t)
+            if not math.isfinite(self._forces.dot(self._forces)):
+                self._refuse()
+            if not self.sampling:
+                self._remember(t)
+                self._stage = (self._stage + 1) % 4 if self._rk4 else 0
+            return
         laws.put(t, self._qpos, self._qvel)
         if laws.affine:
             self._qfrc[:] = laws.affine_force()
@@ -160,13 +165,13 @@ class Driver:
         if not self._rk4:
             self._kept = self.memory.after(t, plant, self._kept, h)
             return
-        if self._stage == 0:
-            self._slopes, self._seen = [], self._kept
-        self._slopes.append(self.applied.state_rates(t, plant))
-        if self._stage < 3:
-            self._seen = self._kept + (0.5, 0.5, 1.0)[self._stage] * h * self._slopes[-1]
+        rates, stage = self.applied.state_rates(t, plant), self._stage
+        mean = _RK4[stage] * rates
+        self._mean = mean if stage == 0 else self._mean + mean
+        if stage < 3:
+            self._seen = self._kept + (0.5, 0.5, 1.0)[stage] * h * rates
         else:
-            self._kept = self._kept + h * sum(w * k for w, k in zip(_RK4, self._slopes, strict=True))
+            self._kept = self._kept + h * self._mean
 
     def _refuse(self) -> None:
         """Raise MechlabError for a force that is not finite, unless the state has already blown up."""
@@ -223,7 +228,7 @@ RunModel = tuple[mujoco.MjModel, mujoco.MjData, MujocoMap]
 
 def run_model(mechanism: Mechanism, settings: Settings, laws: Sequence[Law]) -> RunModel:
     """A model for a run under laws, without the automatic reset and with the actuators of `engage` alone."""
-    model, data = to_mujoco(mechanism, settings)
+    model, data = to_mujoco(mechanism, settings, bare=True)
     map_ = MujocoMap(mechanism, model)
     engage(map_, laws)
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET

@@ -30,8 +30,8 @@ _DEFAULT_SOLREF, _DEFAULT_SOLIMP = (0.02, 1.0), (0.9, 0.95, 0.001, 0.5, 2.0)
 
 
 @lru_cache(maxsize=32)
-def _compiled(mechanism: Mechanism) -> mujoco.MjModel:
-    text = to_mjcf(mechanism, _AS_COMPILED)
+def _compiled(mechanism: Mechanism, bare: bool) -> mujoco.MjModel:
+    text = to_mjcf(mechanism, _AS_COMPILED, bare=bare)
     try:
         with compiling():
             return mujoco.MjModel.from_xml_string(text)
@@ -53,12 +53,13 @@ def _retune(model: mujoco.MjModel, settings: Settings) -> None:
             values[(values == written).all(axis=1)] = wanted
 
 
-def to_mujoco(mechanism: Mechanism, settings: Settings | None = None) -> tuple[mujoco.MjModel, mujoco.MjData]:
+def to_mujoco(mechanism: Mechanism, settings: Settings | None = None, bare: bool = False) -> tuple[mujoco.MjModel, mujoco.MjData]:
     """A fresh model and its data in the reference pose, evaluated (mj_forward).
 
-    The model is the caller's own: the compiled one is kept and copied. Raises MechlabError when MuJoCo refuses it.
+    The model is the caller's own: the compiled one is kept and copied. bare: without shapes, sensors and keyframe, for runs.
+    Raises MechlabError when MuJoCo refuses it.
     """
-    model = copy.copy(_compiled(mechanism))
+    model = copy.copy(_compiled(mechanism, bare))
     if settings is not None:
         _retune(model, settings)
     data = mujoco.MjData(model)

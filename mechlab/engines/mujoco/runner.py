@@ -61,7 +61,6 @@ def _run(mechanism: Mechanism, scene: Scene, chosen: Settings, steps: Grid, judg
         raise unknown("integrator of mujoco", chosen.integrator, MUJOCO_INTEGRATORS)
     q, v = initial_state(mechanism, scene)
     model, data, map_ = run_model(mechanism, chosen, scene.laws)
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR  # nobody reads them
     put_start(data, map_, q, v)
     driver = Driver(mechanism, scene.laws, MujocoPlant(mechanism, model, data, map_))
     samples = RunSamples(model, data, map_, driver, ModeWatch(mechanism, scene.keep_mode))

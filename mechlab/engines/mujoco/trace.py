@@ -72,8 +72,6 @@ class Steps:
             mujoco.mj_resetData(self.model, self.data)
         else:
             self.model, self.data, self.map = run_model(mechanism, settings, engaged(scene.laws))
-        # nobody reads them, and a chart shows the cost of stepping alone
-        self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
         put_start(self.data, self.map, *initial_state(mechanism, scene))
         self._laws: Callable[[], AbstractContextManager[None]] = engine
         dense = False
