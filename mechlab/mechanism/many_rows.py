@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.errors import MechlabError
+from mechlab.mechanism.batch_sparse import smallest_of_rows
 from mechlab.mechanism.batch_tree import BatchRows, BatchTree
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
@@ -24,7 +25,7 @@ from mechlab.mechanism.many_motion import frame_part
 from mechlab.mechanism.many_poses import ManyPoses, matrices, rotation_vectors
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Frame
-from mechlab.mechanism.structure import generic, independent_rows, structure
+from mechlab.mechanism.structure import CERTAIN, generic, independent_rows, structure
 
 Indices = NDArray[np.int_]
 VOID = 1e-12
@@ -206,6 +207,9 @@ def independent(rows: Array) -> Indices:
     """Indices, rising, of rows (m, n) that span all of them: the largest remainder is chosen next, rows measured by their size."""
     norms = np.linalg.norm(rows, axis=1)
     rest = rows / np.where(norms > VOID, norms, np.inf)[:, None]
+    smallest = smallest_of_rows(rest[None])
+    if smallest is not None and smallest[0] > CERTAIN:  # of a large mechanism: all that are not void
+        return np.flatnonzero(norms > VOID)
     kept: list[int] = []
     while len(kept) < min(rows.shape):
         sizes = np.linalg.norm(rest, axis=1)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -95,19 +94,13 @@ class ComputedTorque:
         )
 
     def force(self, t: float, plant: Plant) -> Mapping[str, float]:
-        """Forces of the drives from inverse dynamics; that of the last mechanism is kept."""
-        kept = self._kept.get("inverse")
-        if kept is None or kept[0] is not plant.mechanism:
-            kept = self._kept["inverse"] = (plant.mechanism, self.inverse(plant.mechanism))
-        return dict(zip(self.drives, kept[1](plant, self.accelerations(t, plant)).tolist(), strict=True))
+        """Forces of the drives from inverse dynamics."""
+        forces = self.inverse(plant.mechanism)(plant, self.accelerations(t, plant))
+        return dict(zip(self.drives, forces.tolist(), strict=True))
 
     def inverse(self, mechanism: Mechanism) -> InverseDynamics:
-        """The inverse dynamics of the commands by the drives, for one run: what it keeps of earlier states moves the last digits."""
+        """The inverse dynamics of the commands by the drives, for one run: it keeps its choice of rows, which moves the last digits."""
         return _inverse(mechanism, np.array([mechanism.row(name) for name, _ in self.commands]), self.drives)
-
-    @cached_property
-    def _kept(self) -> dict[str, tuple[Mechanism, InverseDynamics]]:
-        return {}
 
 
 def drive_forces(plant: Plant, rows: Array, accelerations: Array, drives: tuple[str, ...]) -> Array:

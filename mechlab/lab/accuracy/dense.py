@@ -15,7 +15,7 @@ from scipy.interpolate import BPoly
 
 from mechlab.engines.protocol import available, engine
 from mechlab.experiment.laws import applied_force
-from mechlab.experiment.recording import over_samples
+from mechlab.experiment.laws.compiled import CompiledLaws
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.tree_plant import TreePlant
 from mechlab.mechanism import Mechanism
@@ -56,8 +56,15 @@ def law_forces(m: Mechanism, scene: Scene, t: Array, q: Array, v: Array) -> tupl
     # most laws see values and rates alone; those that ask for the dynamics get it ten times faster from Pinocchio
     simple = all(law.kind in OF_VALUES_AND_RATES for law in scene.laws)
     plant = TreePlant(m) if simple or available("pinocchio") else engine("pinocchio").plant(m)
-    made = [applied_force(m, scene.laws, x, plant.set(q[k], v[k], x)) for k, x in enumerate(t.tolist())]
-    return np.array([x for x, _ in made]), over_samples([x for _, x in made])
+    laws = CompiledLaws(m, scene.laws)
+    made = []
+    for k, x in enumerate(t.tolist()):
+        laws.put(x, q[k], v[k])
+        made.append(laws.forces(x, plant.set(q[k], v[k], x)))
+    forces = np.zeros((len(t), len(laws.targets)))
+    for row, (x, _) in zip(forces, made, strict=True):
+        row[: len(x)] = x  # a law may have come to another joint later on
+    return np.array([x for _, x in made]), dict(zip(laws.targets, forces.T, strict=True))
 
 
 def accelerations(m: Mechanism, q: Array, v: Array, forces: Array) -> Array:

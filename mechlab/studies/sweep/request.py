@@ -64,7 +64,7 @@ CLOSED_FORM, ANSWERS, ROLLOUT, RUNS = "closed form", "answers", "rollout", "runs
 METHODS = {
     CLOSED_FORM: "the closed form takes a block of points at once",
     ANSWERS: "one question for each point; an engine closes a block of them together",
-    ROLLOUT: "mujoco.rollout steps a block of motions in the engine",
+    ROLLOUT: "the engine steps a block of motions together",
     RUNS: "one run or check for each point",
 }
 """Methods of computation, with an explanation of each."""
