@@ -115,6 +115,17 @@ def error_from_finer(change: float, share: float) -> float:
     return SAFETY * change / (1.0 - share)
 
 
+def error_from_near(change: float, factor: float, twice: float | None, order: int) -> float:
+    """Error of x(h) [rad or m] from its change against x(factor h), 1 < factor < 2. Without the change against x(2h) it bounds
+    any order of at least 1. With it the order is what twice / change shows, (2^p - 1) / (factor^p - 1), clipped to 1 and the smaller
+    of `order` and 2, and the smaller factor SAFETY_SEEN is enough."""
+    if twice is None or not change > 0.0:
+        return SAFETY * change / (factor - 1.0)
+    first, second = 1.0 / (factor - 1.0), 3.0 / (factor**2 - 1.0)
+    p = min(max(1.0 + (twice / change - first) / (second - first), 1.0), order, 2.0)
+    return SAFETY_SEEN * change / (factor**p - 1.0)
+
+
 def error_between(half: float, twice: float, order: int) -> float:
     """Error of x(h) [rad or m] from its changes against x(h/2) and x(2h), by the order p = log2(twice / half), clipped
     to 1 and the smaller of `order` and 2. The observed order allows the smaller factor SAFETY_SEEN."""
