@@ -158,15 +158,12 @@ class Closer:
             raise MechlabError(f"{self.mechanism.name}: expected numbers or arrays of one axis, got the shape {shape}.")
         one = not shape
         count = 1 if one else shape[0]
-        in_unit = {
-            n: x / self._lengths[n] if self._lengths[n] != 1.0 else x
-            for n, x in position.items()
-        }
+        scaled = {n: x / self._lengths[n] if self._lengths[n] != 1.0 else x for n, x in position.items()}
         if one:
-            found = self._one(in_unit)
+            found = self._one(scaled)
             q, residual, statuses = found.q[None], np.array([found.residual]), [found.status]
         else:
-            q, residual, statuses = self._many_poses(in_unit, count)
+            q, residual, statuses = self._many_poses(scaled, count)
         closed = np.array([s.exit_code == 0 for s in statuses], dtype=bool)
         moving = bool(rate or accel)
         told = self._moved(q, closed, rate, accel, moving) if (moving or self.frames) else None
@@ -277,8 +274,9 @@ class Closer:
         found = self.engine.motions(m).at(q[closed], there(rate), there(accel), self.frames, moving)
         if not found.solved.all():
             k = int(np.flatnonzero(~found.solved)[0])
+            names = ", ".join(dict.fromkeys((*rate, *accel)))
             raise NoSolution(
-                f"{m.name}: the rates of {', '.join(dict.fromkeys((*rate, *accel)))} contradict the closure at pose {np.flatnonzero(closed)[k]}: "
+                f"{m.name}: the rates of {names} contradict the closure at pose {np.flatnonzero(closed)[k]}: "
                 "give as many as there are freedoms, away from singular poses."
             )
         v[closed], a[closed] = found.v * self._v_units, found.a * self._v_units

@@ -118,16 +118,14 @@ class Equations:
         return force, *plant.accelerations(force)
 
     def instant(self, t: float, y: Array, forward: Forward | None = None) -> Instant:
-        """Accelerations, reactions and forces at a state; forward: what takes the place of `self.forward`. Errors of laws surface.
-        Raises MechlabError for a force that is not finite, BlowUp where the motion ends."""
+        """Accelerations, reactions and forces at a state; forward: what takes the place of `self.forward`. Errors that laws raise
+        surface. Raises BlowUp where the motion cannot go on."""
         count_work(self.price)
         plant = self.move(t, y)
         try:
             forces, force = self._pushes(t, plant, y)
         except (np.linalg.LinAlgError, OverflowError) as problem:  # of a state that no law was made for
             raise BlowUp(t, str(problem)) from problem
-        if not math.isfinite(sum(forces.tolist())):
-            self._refuse_forces(t, forces)
         try:
             force, a, reactions = (forward or self.forward)(force)
         except (MechlabError, np.linalg.LinAlgError, OverflowError, ZeroDivisionError) as problem:
@@ -135,15 +133,11 @@ class Equations:
         with np.errstate(over="ignore"):
             finite = math.isfinite(a.dot(a)) or np.isfinite(a).all()
         if not finite:
-            raise BlowUp(t, "the accelerations are not finite")
+            names = ", ".join(n for n, f in zip(self.applied.targets, forces.tolist(), strict=True) if not math.isfinite(f))
+            by = f": the laws give {names} a force that is not finite" if names else ""
+            raise BlowUp(t, f"the accelerations are not finite{by}")
         power = float(force @ plant.v) - plant.passive.loss(plant.kin, plant.v)
         return Instant(a, reactions, dict(zip(self.applied.targets, forces.tolist(), strict=True)), power)
-
-    def _refuse_forces(self, t: float, forces: Array) -> None:
-        """Raise MechlabError for the first force that is not finite."""
-        for name, f in zip(self.applied.targets, forces.tolist(), strict=True):
-            if not math.isfinite(f):
-                raise MechlabError(f"{self.mechanism.name}: the laws give {name!r} the force {f} at t = {t:.6g} s.")
 
     def _pushes(self, t: float, plant: PinPlant, y: Array) -> tuple[Array, Array]:
         """Forces of the laws on their targets, and the generalised force (nv,), at the state of the plant."""
