@@ -7,8 +7,9 @@ joint `L_joint`; a slide S gives the joint `S_slide`. Points become frames.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 
 import numpy as np
 
@@ -108,6 +109,13 @@ class _Planar:
         self.builder.loop(f"pin_{name}", a[0], b[0], at_a, at_b)
         self.looks.join(a, b)
 
+    def gears(self, link: str, other: str, ratio: Fraction) -> None:
+        """A link that turns `ratio` times as fast as another one, both seen from the ground."""
+        terms = {n: Fraction(1) for n in self.path[link]}
+        for n in self.path[other]:
+            terms[n] = terms.get(n, Fraction(0)) - ratio
+        self.builder.relation(f"gears_{link}", **{n: c for n, c in terms.items() if c})
+
     def on_rail(
         self, name: str, body: str, parent: str, foot: complex, angle: float, value: float, lift: float
     ) -> None:
@@ -128,8 +136,10 @@ def mechanism_of(
     style: Style | None = None,
     summary: str = "",
     motion: Motion | None = None,
+    finish: Callable[[Builder], object] | None = None,
 ) -> Mechanism:
     """The Mechanism of a linkage, its reference pose assembled at the `inputs` (crank -> angle) in the linkage's modes.
+    finish(builder) adds springs and the like.
 
     Raises NoSolution where it does not assemble there, MechlabError as the Builder does.
     """
@@ -152,6 +162,8 @@ def mechanism_of(
     held = [angle_name(n, style) for n in linkage.inputs]
     for name in held:
         plan.builder.drive(name, stiffness=style.drive_stiffness, damping=style.drive_damping)
+    if finish:
+        finish(plan.builder)
     return plan.builder.assemble(plan.guess, hold=held)
 
 
@@ -159,9 +171,11 @@ def _add(plan: _Planar, s: Step) -> None:
     m = plan.motion
     if s.kind == "pivot":
         plan.where[s.name] = (GROUND, complex(*s.sizes))
-    elif s.kind == "crank":
+    elif s.kind in ("crank", "geared"):
         plan.bodies_of(s.name, s.uses[0], [complex(s.sizes[0])])
         plan.where[s.makes[1]] = (s.name, complex(s.sizes[0]))
+        if s.kind == "geared":
+            plan.gears(s.name, s.uses[1], s.sizes[1])
     elif s.kind == "point":
         distance, angle = s.sizes
         plan.where[s.name] = (s.uses[0], complex(distance * np.exp(1j * angle)))

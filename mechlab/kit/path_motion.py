@@ -1,0 +1,83 @@
+"""The motion of a mechanism along its stated path, by one witness: quantities by name at even places of the path.
+
+    motion = EngineMotion("mujoco", m, {"crank_angle": (0.0, 6.28)}, 25)
+    motion["P_x"], motion["rocker_angle_rate"]          # (25,) each
+
+The path is the time from 0 to 1 s; each drive moves evenly from its first value to its last. Quantities are those of the engines
+(`mechlab.kit.quantities`): joints, shafts, NAME_x _y _z of frames, and their rates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+
+import numpy as np
+
+from mechlab.engines.protocol import engine
+from mechlab.errors import NoSolution, unknown
+from mechlab.mechanism import Mechanism
+from mechlab.mechanism.geometry import Array
+
+Path = Mapping[str, tuple[float, float]]
+"""Joint or shaft -> its value at the beginning and at the end of the path."""
+
+
+class ClosedMotion(dict[str, Array]):
+    """The motion that a closed form has computed. Raises MechlabError for a quantity that it does not have."""
+
+    def __missing__(self, name: str) -> Array:
+        raise unknown("closed form: quantity", name, self)
+
+
+class EngineMotion(Mapping[str, Array]):
+    """The motion by one engine, each pose closed from the one before, the first from the reference pose.
+
+    Raises NoSolution where the mechanism does not close, MechlabError for an unknown quantity.
+    """
+
+    def __init__(self, witness: str, m: Mechanism, path: Path, count: int) -> None:
+        self.engine, self.m, self.path = engine(witness), m, path
+        self.places = np.linspace(0.0, 1.0, count)
+        self._frames: dict[str, tuple[Array, Array]] = {}
+
+    @cached_property
+    def q(self) -> Array:
+        """(n, nq) closed coordinates."""
+        poses = list[Array]()
+        for s in self.places:
+            given = {n: a + (b - a) * s for n, (a, b) in self.path.items()}
+            found = self.engine.assemble(self.m, given, start=poses[-1] if poses else None)
+            if not found.closed:
+                where = ", ".join(f"{n} = {x:.6g}" for n, x in given.items())
+                raise NoSolution(f"{self.m.name}: {self.engine.name}: {found.status.value}, at {where}.")
+            poses.append(found.q)
+        return np.array(poses)
+
+    @cached_property
+    def v(self) -> Array:
+        """(n, nv) rates."""
+        speeds = {n: b - a for n, (a, b) in self.path.items()}
+        return np.array([self.engine.rates(self.m, q, speeds) for q in self.q])
+
+    def __getitem__(self, key: str) -> Array:
+        m, name = self.m, key.removesuffix("_rate")
+        if name in m.scalar_names:
+            if key != name:
+                return np.asarray(self.v @ m.row(name))
+            return np.array([float(m.value(name, q)) for q in self.q])
+        frame, _, letter = name.rpartition("_")
+        if letter not in ("x", "y", "z") or frame not in {f.name for f in m.frames}:
+            raise unknown(f"{m.name}: quantity", key, self)
+        if frame not in self._frames:
+            found = [self.engine.frame_motion(m, frame, q, v) for q, v in zip(self.q, self.v, strict=True)]
+            self._frames[frame] = np.array([f[0][:3, 3] for f in found]), np.array([f[1][:3] for f in found])
+        return self._frames[frame][key != name][:, "xyz".index(letter)]
+
+    def __iter__(self) -> Iterator[str]:
+        m = self.m
+        names = (*m.scalar_names, *(f"{f.name}_{x}" for f in m.frames for x in "xyz"))
+        return iter([*names, *(f"{n}_rate" for n in names)])
+
+    def __len__(self) -> int:
+        return 2 * (len(self.m.scalar_names) + 3 * len(self.m.frames))
