@@ -30,14 +30,14 @@ def linkage(p: Parameters) -> Linkage:
         .crank("crank", "Q", "P", p.crank)
         .rrr("A", ("ab", "ad"), ("O", "P"), (u * p.long, u * p.short), 1)
         .point("B", "ab", w * p.long, math.pi).point("D", "ad", w * p.short, math.pi)
-        .rrr("C", ("bc", "cd"), ("B", "D"), (p.short, p.long), -1)
+        .rrr("C", ("bc", "cd"), ("B", "D"), (p.short, p.long), 1)
         .point("R", "bc", w * p.short)
     )  # fmt: skip
 
 
 def line(p: Parameters) -> float:
-    """Distance of the line from O: O-P x O-R = u (1 - u) A-C x B-D, A-C x B-D = long^2 - short^2; P on a circle through O."""
-    return p.part * (1.0 - p.part) * (p.long**2 - p.short**2) / (2.0 * p.crank)
+    """x of the line: O-P x O-R = u (1 - u) A-C x B-D, A-C x B-D = long^2 - short^2; P on a circle through O, R beyond it."""
+    return -p.part * (1.0 - p.part) * (p.long**2 - p.short**2) / (2.0 * p.crank)
 
 
 ENTRY = planar_entry(
@@ -45,6 +45,6 @@ ENTRY = planar_entry(
     use="Exact straight guide with the fewest bars that invert.", origin="Harry Hart, 1874", parameters=Parameters, linkage=linkage,
     path=lambda p: {"crank_angle": (-p.swing, p.swing)}, width=lambda p: 0.04 * p.long, links=("ab", "cd"), points=("P", "R"),
     sliders=("long", "short"), plots=(PlotRecipe("point R", ("R_x", "R_z")),),
-    outside=(Outside("distance of the line from O", "m", line, lambda p, m: farthest(m["R_x"], line(p)), 1e-9, "diagonals of the antiparallelogram"),),
+    outside=(Outside("x of the line", "m", line, lambda p, m: farthest(m["R_x"], line(p)), 1e-9, "diagonals of the antiparallelogram"),),
     chain="R + RRR + RRR", formulas="Two dyads RRR.", sources=("Hart, On certain conversions of motion, Messenger of Mathematics 4, 1874",),
 )  # fmt: skip
