@@ -16,7 +16,7 @@ import numpy as np
 from mechlab.analytic.linkage import Linkage, Motion, Step
 from mechlab.kit.planar_looks import Looks, bracket, strokes
 from mechlab.mechanism import Builder, Inertia, Mechanism, Placement, prismatic, revolute
-from mechlab.mechanism.geometry import Array, axis_rotation
+from mechlab.mechanism.geometry import IDENTITY, Array, axis_rotation
 from mechlab.mechanism.parts import GROUND
 
 AXIS = "-y"
@@ -70,8 +70,8 @@ class _Planar:
         own = {name: float(slide.x) for name, slide in motion.slides.items()}
         self.looks = Looks(style.width, strokes(linkage, inputs, own))
 
-    def bodies_of(self, link: str, pin: str, tips: list[complex]) -> None:
-        """A link on a pin, with rods to its tips."""
+    def bodies_of(self, link: str, pin: str, tips: list[complex], phase: float = 0.0) -> None:
+        """A link on a pin, with rods to its tips; its coordinate counts from the angle `phase`, for gears."""
         parent, at = self.where[pin]
         style = self.style
         absolute = angle_name(link, style)
@@ -82,11 +82,14 @@ class _Planar:
         for tip in tips:
             end = (tip.real, 0.0, tip.imag)
             inertia = inertia + Inertia.rod(style.mass_per_length * abs(tip), (0.0, 0.0, 0.0), end, style.radius)
-        self.builder.body(link, revolute(joint, AXIS), parent=parent, at=(at.real, 0.0, at.imag), inertia=inertia)
+        turned = Placement.of(axis_rotation((0.0, -1.0, 0.0), phase), (0.0, 0.0, 0.0)) if phase else IDENTITY
+        self.builder.body(
+            link, revolute(joint, AXIS, zero=phase), parent=parent, at=(at.real, 0.0, at.imag), turned=turned, inertia=inertia
+        )
         self.looks.link(link, parent, at, tips)
         self.path[link] = (*self.path[parent], joint)
         self.turn[link] = value
-        self.guess[joint] = value - self.turn[parent]
+        self.guess[joint] = value - self.turn[parent] - phase
         if parent != GROUND:
             turning = [n for n in self.path[link] if not n.endswith("_slide")]
             rest = value - sum(self.guess[n] for n in turning)  # constant angles of slots
@@ -111,9 +114,10 @@ class _Planar:
 
     def gears(self, link: str, other: str, ratio: Fraction) -> None:
         """A link that turns `ratio` times as fast as another one, both seen from the ground."""
-        terms = {n: Fraction(1) for n in self.path[link]}
+        terms = {n: Fraction(1) for n in self.path[link] if not n.endswith("_slide")}
         for n in self.path[other]:
-            terms[n] = terms.get(n, Fraction(0)) - ratio
+            if not n.endswith("_slide"):
+                terms[n] = terms.get(n, Fraction(0)) - ratio
         self.builder.relation(f"gears_{link}", **{n: c for n, c in terms.items() if c})
 
     def on_rail(
@@ -172,7 +176,7 @@ def _add(plan: _Planar, s: Step) -> None:
     if s.kind == "pivot":
         plan.where[s.name] = (GROUND, complex(*s.sizes))
     elif s.kind in ("crank", "geared"):
-        plan.bodies_of(s.name, s.uses[0], [complex(s.sizes[0])])
+        plan.bodies_of(s.name, s.uses[0], [complex(s.sizes[0])], s.sizes[2] if s.kind == "geared" else 0.0)
         plan.where[s.makes[1]] = (s.name, complex(s.sizes[0]))
         if s.kind == "geared":
             plan.gears(s.name, s.uses[1], s.sizes[1])
