@@ -1,0 +1,66 @@
+"""The Gough-Stewart platform 6-UPS: six legs of changing length hold a platform with six freedoms."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from mechlab.experiment.entry import Outside, PlotRecipe
+from mechlab.experiment.parameters import parameter
+from mechlab.kit.in_world import InWorld, across
+from mechlab.kit.short import builder_entry
+from mechlab.mechanism import Inertia, Mechanism, prismatic, revolute
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Joints in pairs on two circles; the platform is turned by 60 degrees against the base."""
+
+    base: float = parameter(0.4, "m", "radius of the base joints", low=0, strict=True)
+    platform: float = parameter(0.25, "m", "radius of the platform joints", low=0, strict=True)
+    spread: float = parameter(0.2, "rad", "half the angle of a pair", low=0, high=0.5, strict=True)
+    height: float = parameter(0.5, "m", "height of the platform at rest", low=0, strict=True)
+
+
+def joints(p: Parameters) -> tuple[np.ndarray, np.ndarray]:
+    """(6, 3) base joints, and platform joints in the platform's axes."""
+    turns = np.radians([0, 0, 120, 120, 240, 240])
+    below = turns + p.spread * np.array([-1, 1] * 3)
+    above = turns + np.array([-1, 1] * 3) * (math.pi / 3 - p.spread)
+    return tuple(r * np.column_stack([np.cos(a), np.sin(a), 0 * a]) for r, a in ((p.base, below), (p.platform, above)))  # type: ignore[return-value]
+
+
+def build(p: Parameters) -> Mechanism:
+    """The platform with three slides and three turns in the world; each leg a universal joint, a slide and a ball."""
+    below, above = joints(p)
+    w, up = InWorld("stewart", 0.015, summary="Gough-Stewart platform"), np.array([0, 0, p.height])
+    free = [prismatic(f"platform_{x}", x) for x in "xyz"] + [revolute(f"platform_{n}", x) for n, x in zip(("roll", "pitch", "yaw"), "xyz", strict=True)]
+    w.link("platform", *free, at=up, to=list(above + up), more=Inertia.cylinder(2.0, p.platform, 0.02))
+    for k, (a, b) in enumerate(zip(below, above + up, strict=True), 1):
+        way, length = (b - a) / np.linalg.norm(b - a), float(np.linalg.norm(b - a))
+        first, second = across(way)
+        w.link(f"leg_{k}", revolute(f"leg_{k}_a", first), revolute(f"leg_{k}_b", second), at=a, to=[a + 0.55 * (b - a)])
+        w.link(f"rod_{k}", prismatic(f"length_{k}", way.tolist(), zero=length), at=b, to=[b - 0.5 * (b - a)], parent=f"leg_{k}")
+        w.close(f"ball_{k}", f"rod_{k}", "platform", b).drive(f"length_{k}", stiffness=2e4, damping=200.0)
+    return w.build()
+
+
+def length(p: Parameters, k: int) -> float:
+    """Length of leg k at the end of the path: |place + Rx(roll) Ry(pitch) b - a|."""
+    below, above = joints(p)
+    c, s, d, t = math.cos(END["platform_roll"]), math.sin(END["platform_roll"]), math.cos(END["platform_pitch"]), math.sin(END["platform_pitch"])
+    turn = np.array([[1, 0, 0], [0, c, -s], [0, s, c]]) @ np.array([[d, 0, t], [0, 1, 0], [-t, 0, d]])
+    place = np.array([END["platform_x"], 0.0, p.height + END["platform_z"]])
+    return float(np.linalg.norm(place + turn @ above[k - 1] - below[k - 1]))
+
+
+END = {"platform_x": 0.05, "platform_y": 0.0, "platform_z": 0.04, "platform_roll": 0.15, "platform_pitch": -0.1, "platform_yaw": 0.0}
+ENTRY = builder_entry(
+    "stewart", "Gough-Stewart platform", "parallel-robot", summary="Six legs of changing length: a stiff platform with six freedoms.", use="Flight simulators, machine tools, telescopes.",
+    origin="Eric Gough, 1954; D. Stewart, 1965", parameters=Parameters, build=build, path=lambda p: {n: (0.0, x) for n, x in END.items()},
+    drives=tuple(f"length_{k}" for k in range(1, 7)), duration=2.0, sliders=("height", "spread"), plots=(PlotRecipe("legs", tuple(f"length_{k}" for k in range(1, 7))),),
+    outside=tuple(Outside(f"length of leg {k} at the end", "m", lambda p, k=k: length(p, k), lambda p, m, k=k: float(m[f"length_{k}"][-1]), 1e-9, "inverse kinematics: distance of its joints") for k in (1, 4)),  # type: ignore[misc]
+    chain="6 U P S", formulas="leg = |place + R b - a|.", sources=("Merlet, Parallel Robots, 2006",),
+)  # fmt: skip
