@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from mechlab.api.arguments import Engine, Error, File, Progress, Seconds, Travel, Values, Whole, key_values, silent
 from mechlab.api.finding import Source, design_and_rest, load_design
 from mechlab.api.suggestions import suggesting
+from mechlab.clock import costed, spent_on
 from mechlab.errors import MechlabError, unknown
 from mechlab.values import Value, in_unit, one_number
 
@@ -115,13 +116,30 @@ def simulate(
         at=T,...: times at which to sample the channels [s]
         out=FILE.npz: file for the recording
     """
-    from mechlab.lab.own_scene import with_laws, with_scene
-    from mechlab.lab.run import engine_of, run_scene
-
     if isinstance(values, str):
         warnings.warn('the scene is an option now: simulate(source, scene="...")', DeprecationWarning, stacklevel=2)
         values, scene = None, values
-    design, rest = design_and_rest(source, key_values(values, given))
+    recording = _simulated(
+        source, key_values(values, given), scene, laws, drives, duration, timestep, max_error, engine, order_check, fidelity,
+        tuple(at or ()), settings,
+    )  # fmt: skip
+    if out is not None:
+        recording.save(out)
+    return recording
+
+
+@costed
+def _simulated(
+    source: Source, given: Mapping[str, Value], scene: str | Scene | None, laws: Laws, drives: Commands | None, duration: Seconds | None,
+    timestep: Seconds | None, max_error: Error | None, engine: Engine | None, order_check: bool, fidelity: str | None,
+    times: tuple[Seconds, ...], settings: Settings | str | None,
+) -> Recording:  # fmt: skip
+    """See `simulate`."""
+    with spent_on("imports"):
+        from mechlab.lab.own_scene import with_laws, with_scene
+        from mechlab.lab.run import engine_of, run_scene
+
+    design, rest = design_and_rest(source, given)
     if scene is not None and not isinstance(scene, str):
         design, scene = with_scene(design, scene), None
     duration, timestep = (
@@ -131,7 +149,6 @@ def simulate(
     if laws or drives:
         design, scene = with_laws(design, scene or design.scene_for(engine or engine_of(settings)), laws, drives), None
     extra = {k: one_number(k, v) for k, v in rest.items()}
-    times = tuple(at or ())
     recording = run_scene(
         design, scene, engine=engine, fidelity=fidelity, duration=duration, timestep=timestep, max_error=max_error,
         settings=settings, at=times, extra=extra,
@@ -143,11 +160,9 @@ def simulate(
 
         scene = scene or recording.scene
         of_scene = design.for_scene(scene).scene(scene, recording.fidelity or fidelity, duration, extra)
-        recording = with_order(recording, of_scene)
-    recording = replace(recording, sample_times=times, notes=design.warnings)
-    if out is not None:
-        recording.save(out)
-    return recording
+        with spent_on("check"):
+            recording = with_order(recording, of_scene)
+    return replace(recording, sample_times=times, notes=design.warnings)
 
 
 def portrait(
@@ -245,7 +260,7 @@ def chart(
         duration=T: simulated time [s]
         target=E: error that the recommended setting must meet [m or rad]
         fidelity=F: level of fidelity
-        peers: beside Exudyn, Drake and OpenSim, and what --max-error costs against them
+        peers: beside Exudyn, Drake, OpenSim, MuJoCo Warp and Kamino, and what --max-error costs against them
         out=PATH: a .svg, .png, .csv or .json file, or a folder for all of them
     """
     given = key_values(values, parameters)

@@ -6,6 +6,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 from mechlab.catalog.table import TABLE
+from mechlab.clock import spent_on
 from mechlab.errors import unknown
 
 if TYPE_CHECKING:
@@ -19,5 +20,6 @@ def entry(name: str) -> Entry:
     """The entry of a catalog name; raises MechlabError that lists the catalog."""
     if name not in NAMES:
         raise unknown("mechanism", name, NAMES)
-    found: Entry = import_module(f"mechlab.catalog.{name}").ENTRY
+    with spent_on("imports"):
+        found: Entry = import_module(f"mechlab.catalog.{name}").ENTRY
     return found

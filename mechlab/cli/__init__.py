@@ -45,11 +45,15 @@ start with: mechlab run delta6 -o out          more on a verb: mechlab VERB --he
 words for the TAB key: source <(mechlab --completion)"""
 PRINTS_STAGES = ("run", "gallery")
 """Functions whose stages are printed; those of others are for Python alone."""
+ALGEBRA_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+"""What tells the algebra of numpy and scipy how many threads to take, besides OMP_NUM_THREADS."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code. Never raises for what a user can cause."""
     arguments = list(sys.argv[1:] if argv is None else argv)
+    if argv is None:
+        _one_thread()
     call = _Call(arguments[0] if arguments else "", "--json" in arguments)
     try:
         with Signals() as signals:
@@ -60,6 +64,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     if argv is None and call.as_json:
         output.close_stdout()
     return code
+
+
+def _one_thread() -> None:
+    """Before numpy loads: its algebra starts no threads, unless the user says how many. The matrices of mechanisms are small: the
+    threads would burn a tenth of a second of CPU waiting for work."""
+    if "OMP_NUM_THREADS" not in os.environ:
+        for name in ALGEBRA_THREADS:
+            os.environ.setdefault(name, "1")
 
 
 def _exit_code(call: _Call, arguments: list[str], signals: Signals) -> int:

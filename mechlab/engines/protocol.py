@@ -20,6 +20,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mechlab.clock import spent_on
 from mechlab.engines.state import EngineState, LoopLoads, MotionForces
 from mechlab.errors import EngineMissing, MechlabError, unknown
 from mechlab.experiment.laws import Law, Plant
@@ -231,6 +232,8 @@ _ADDRESSES: dict[str, tuple[str, str]] = {
     "exudyn": ("peers.engine", ""),
     "drake": ("peers.engine", ""),
     "opensim": ("peers.engine", ""),
+    "mujoco_warp": ("peers.engine", ""),
+    "newton": ("peers.engine", ""),
 }
 """Engine -> the module below `mechlab.engines` that lists it in ENGINES, and the sentence where its package is not installed."""
 WITNESSES = ("pinocchio", "mujoco")
@@ -245,7 +248,8 @@ def engine(name: str) -> Engine:
         raise unknown("engine", name, _ADDRESSES)
     module, missing = _ADDRESSES[name]
     try:
-        found: Engine = import_module(f"mechlab.engines.{module}").ENGINES[name]
+        with spent_on("imports"):
+            found: Engine = import_module(f"mechlab.engines.{module}").ENGINES[name]
     except ModuleNotFoundError as error:
         if error.name != name:
             raise

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mechlab.clock import spent_on
 from mechlab.experiment.acting import held_drives
 from mechlab.experiment.laws import Law, Servo
 from mechlab.experiment.recording import Finding, limit_finding
@@ -109,7 +110,8 @@ def dissipation(mechanism: Mechanism, q: Array, v: Array) -> Array:
 def work(t: ArrayLike, power: ArrayLike) -> Array:
     """(n,) work [J] of the power (n,) [W] from t[0] to each time of t (n,): cumulative Simpson rule, also at uneven
     times."""
-    from scipy.integrate import cumulative_simpson, cumulative_trapezoid
+    with spent_on("imports"):
+        from scipy.integrate import cumulative_simpson, cumulative_trapezoid
 
     t, power = np.asarray(t, dtype=float), np.asarray(power, dtype=float)
     if len(t) < 3:

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from mechlab.clock import CostParts
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.scene import Settings
 from mechlab.mechanism.geometry import Array
@@ -106,11 +108,15 @@ class Health:
 
 @dataclass(frozen=True)
 class Cost:
-    """The cost of a run: CPU time of stepping [s], number of steps, evaluations of the equations of motion."""
+    """The cost of a run. total_s: all CPU seconds from the call to the returned recording, the sum of `parts`; 0 where it was not
+    counted. cpu_s: CPU seconds of stepping alone, under a `max_error` of all runs of the error control. steps, evaluations of the
+    equations of motion: of the returned motion."""
 
     cpu_s: float = 0.0
     steps: int = 0
     evaluations: int = 0
+    total_s: float = 0.0
+    parts: CostParts = CostParts()
 
 
 @dataclass(frozen=True, repr=False)
@@ -214,7 +220,8 @@ class Recording(Result[Path]):
 class Trace:
     """A run without channels: q (n, nq), v (n, nv) at the first n output times; cpu_s: process CPU time of stepping,
     without setup; `reason`: why it ended early, empty when it reached the end; `evaluations` of the equations of
-    motion, 0 where the engine does not count them."""
+    motion, 0 where the engine does not count them; total_s: process CPU time of building the engine's model, stepping
+    and output, nan where it is not measured."""
 
     q: Array
     v: Array
@@ -222,6 +229,7 @@ class Trace:
     steps: int
     reason: str = ""
     evaluations: int = 0
+    total_s: float = math.nan
 
     @property
     def complete(self) -> bool:

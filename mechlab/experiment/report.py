@@ -7,13 +7,14 @@ one, or where the page cannot be shown, a table with the reason takes its place.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.experiment.question import Answers
-from mechlab.experiment.recording import Recording
+from mechlab.experiment.recording import Cost, Recording
 from mechlab.results import html_of, line_of, text_of
 from mechlab.results import offered_pages as _offered
 from mechlab.tables import html_sheet, number, table
@@ -122,8 +123,17 @@ def _(recording: Recording) -> str:
     lines += [table(heads, rows), "", "health"]
     lines += [f"  {f.severity:8s}{f.sentence}" for f in r.health.findings]
     lines += [f"  note    {n}" for n in r.notes]
-    lines.append(f"cost: {r.cost.steps} steps, {r.cost.evaluations} evaluations, {r.cost.cpu_s:.3g} s of CPU")
+    lines.append(_cost_line(r.cost))
     return "\n".join(lines)
+
+
+def _cost_line(cost: Cost) -> str:
+    """Steps, evaluations and CPU seconds with their parts."""
+    count = f"cost: {cost.steps} steps, {cost.evaluations} evaluations, "
+    if not cost.total_s:
+        return f"{count}{cost.cpu_s:.3g} s of CPU for the steps"
+    parts = ", ".join(f"{name} {seconds:.2g}" for name, seconds in asdict(cost.parts).items() if seconds >= 0.005 * cost.total_s)
+    return f"{count}{cost.total_s:.3g} s of CPU ({parts})"
 
 
 def _negligible(recording: Recording) -> dict[str, float]:

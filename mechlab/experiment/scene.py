@@ -27,7 +27,7 @@ from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.newton import Assembly
 
 ENGINES = ("mujoco", "file", "pinocchio", "analytic", "hybrid", "one_freedom")
-PEER_ENGINES = ("exudyn", "drake", "opensim")
+PEER_ENGINES = ("exudyn", "drake", "opensim", "mujoco_warp", "newton")
 """Engines of other projects, for the comparison in charts; they do not run scenes."""
 MUJOCO_INTEGRATORS = ("RK4", "implicitfast", "implicit", "Euler", "discrete")
 PINOCCHIO_INTEGRATORS = ("RK4", "DOP853", "semi_implicit_Euler")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import types
-from dataclasses import MISSING, asdict, dataclass, fields
+from dataclasses import MISSING, asdict, dataclass, fields, is_dataclass
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 from mechlab.errors import MechlabError, unknown
@@ -155,6 +155,8 @@ def _field(hint: Any, value: Any, what: str) -> Any:
         if value is None:
             return None
         hint = next(h for h in get_args(hint) if h is not type(None))
+    if is_dataclass(hint):
+        return _finite(_made(hint, value, what), what)  # type: ignore[arg-type]
     if hint is str:
         return _text(value, what)
     if not _number(value) or (hint is int and not isinstance(value, int)):

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mechlab.clock import spent_on
 from mechlab.errors import NoSolution
 from mechlab.experiment.prices import OWN_EQUATIONS
 from mechlab.experiment.recording import Cost, Recording, basic_channels
@@ -70,9 +71,9 @@ def record_own(
         count_work(OWN_EQUATIONS)
         return slope(t, y)
 
-    began = time.thread_time()
     tolerance = max(tolerance, 2.3e-14)  # scipy refuses less than a hundred times the rounding unit
-    with np.errstate(over="ignore"):  # Radau's difference quotients by a state that nothing depends on
+    began = time.thread_time()
+    with spent_on("integrate"), np.errstate(over="ignore"):  # Radau's difference quotients by a state that nothing depends on
         found = integrate_adaptive(
             counted, 0.0, start, scene.duration, method=method, rtol=tolerance, atol=0.1 * tolerance
         )

@@ -165,7 +165,9 @@ METHODS: tuple[Method, ...] = (
 
 PEER_METHODS: tuple[Method, ...] = (
     Method("Exudyn generalized-alpha", "exudyn", "generalized-alpha", "own", order=2),
+    Method("Exudyn generalized-alpha, full Newton", "exudyn", "generalized-alpha, full Newton", "own", order=2),
     Method("Exudyn trapezoidal", "exudyn", "trapezoidal", "own", order=2),
+    Method("Exudyn trapezoidal, full Newton", "exudyn", "trapezoidal, full Newton", "own", order=2),
     Method("Exudyn RK44", "exudyn", "RK44", "own", order=4),
     Method("Exudyn RK67", "exudyn", "RK67", "own", order=6),
     Method("Exudyn DOPRI5", "exudyn", "DOPRI5", "own", "tolerance", 5),
@@ -173,8 +175,13 @@ PEER_METHODS: tuple[Method, ...] = (
     Method("Drake RK3", "drake", "runge_kutta3", "own", "tolerance", 3),
     Method("Drake RK5", "drake", "runge_kutta5", "own", "tolerance", 5),
     Method("Drake Radau3", "drake", "radau3", "own", "tolerance", 3),
+    Method("OpenSim Runge-Kutta 3", "opensim", "RungeKutta3", "own", "tolerance", 3),
     Method("OpenSim Runge-Kutta-Merson", "opensim", "RungeKuttaMerson", "own", "tolerance", 4),
     Method("OpenSim Runge-Kutta-Fehlberg", "opensim", "RungeKuttaFeldberg", "own", "tolerance", 5),
+    Method("mujoco-warp RK4", "mujoco_warp", "RK4", "own", order=2),
+    Method("mujoco-warp implicitfast", "mujoco_warp", "implicitfast", "own"),
+    Method("Kamino LOX", "newton", "LOX", "own"),
+    Method("Kamino DVI", "newton", "DVI", "own"),
     Method("OpenSim CPodes", "opensim", "CPodes", "own", "tolerance", 5),
 )
 """Other people's engines, run only by charts that are asked for them; their constraints are the engine's own."""

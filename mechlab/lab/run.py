@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from mechlab.clock import costed, spent_on
 from mechlab.errors import MechlabError, NoSolution, unknown
 from mechlab.experiment.errors import differences, with_errors
 from mechlab.experiment.recording import Finding, Health, Recording, limit_finding
@@ -23,6 +24,7 @@ HALVINGS = 7
 LOOSER = 30.0
 
 
+@costed
 def run_scene(
     design: Design,
     scene: str | None = None,
@@ -74,9 +76,10 @@ def run_scene(
     else:
         done = complete(of_scene, engine_run(of_scene, made, chosen, at), made)
         if estimate:
-            done = with_step_error(
-                done, made, lambda scene, s, times: complete(of_scene, engine_run(of_scene, scene, s, times), scene)
-            )
+            with spent_on("probe"):
+                done = with_step_error(
+                    done, made, lambda scene, s, times: complete(of_scene, engine_run(of_scene, scene, s, times), scene)
+                )
     return done if choice is None else replace(done, health=done.health + Health((choice.finding(),)))
 
 

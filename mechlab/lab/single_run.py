@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from importlib import metadata
 
+from mechlab.clock import costed, spent_on
 from mechlab.engines.protocol import engine as engine_named
 from mechlab.errors import DISTRIBUTION, MechlabError, unknown
 from mechlab.experiment.acting import what_acts
@@ -24,6 +26,12 @@ MOST_STEPS = 5e7
 
 def versions() -> dict[str, str]:
     """Installed versions of what numbers depend on."""
+    return dict(_versions())
+
+
+@lru_cache(maxsize=1)
+def _versions() -> dict[str, str]:
+    """`versions`, looked up once in a process: what is imported stays as it is."""
     out = {}
     for name, distribution in {"mechlab": DISTRIBUTION, **{p: p for p in ("numpy", "scipy", "mujoco", "pin")}}.items():
         try:
@@ -33,6 +41,7 @@ def versions() -> dict[str, str]:
     return out
 
 
+@costed
 def single_run(
     design: Design, scene: str | None, fidelity: str, duration: float | None, extra: Mapping[str, float]
 ) -> Recording:
@@ -125,5 +134,6 @@ def complete(design: Design, recording: Recording, scene: Scene) -> Recording:
         acts=recording.acts or what_acts(recording.mechanism, scene),
     )  # fmt: skip
     asked = {name: entry.channels[name] for name in scene.channels if name in entry.channels}
-    values = {name: function(design.parameters, full) for name, (_, function) in asked.items()}
+    with spent_on("record"):
+        values = {name: function(design.parameters, full) for name, (_, function) in asked.items()}
     return full.with_channels(values, {name: unit for name, (unit, _) in asked.items()})

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from mechlab.mechanism.constraints import _LOOP_TABLE, AXES
 from mechlab.mechanism.geometry import Array, skew
@@ -75,6 +75,7 @@ class BatchTree:
         self._first = np.flatnonzero(depth[:n] == 0)
         self._slides = np.flatnonzero(~self.revolute)
         self.on = self.below.astype(float)
+        self.every = np.arange(n)
         massive = [b for b in m.bodies if b.inertia.mass > 0.0 and place[b.name][0] != n]
         self.masses = np.array([b.inertia.mass for b in massive])
         self.mass_at = self.points([(b.name, np.array(b.inertia.com)) for b in massive])
@@ -159,7 +160,7 @@ class BatchTree:
             angular[self._slides] = 0.0
         return linear, angular
 
-    def twists(self, screws: tuple[Array, Array], links: Array, u: Array) -> tuple[Array, Array]:
+    def twists(self, screws: tuple[Array, Array], links: Array | NDArray[np.intp], u: Array) -> tuple[Array, Array]:
         """(k, P, 3) velocity of the links' point at the world's origin and angular velocity, for rates u (P, nv)."""
         rates, on = u.T[:, :, None], self.on[links]
         n, count = u.shape[1], u.shape[0]
@@ -260,3 +261,42 @@ class BatchRows:
             return np.zeros((len(q), 0)), np.zeros((len(q), 0, self.tree.ground))
         found = self.system(q)
         return found[..., -1], found[..., :-1]
+
+    def bias(self, poses: Poses, screws: tuple[Array, Array], turned: tuple[Array, Array], v: Array) -> Array:
+        """(P, rows) dJ/dt v at rates v (P, nv), in the order of `system`; turned: the rates of the screws."""
+        tree, count = self.tree, len(v)
+        parts = []
+
+        def motion(links: Array, point: Array) -> tuple[Array, Array, Array, Array]:
+            """Velocity and acceleration, at no acceleration of the joints, of the links' points that are at `point` now,
+            and of their rotation."""
+            slow, spin = tree.twists(screws, links, v)
+            gain, bend = tree.twists(turned, links, v)
+            speed = slow + crossed(spin, point)
+            return speed, spin, gain + crossed(bend, point) + crossed(spin, speed), bend
+
+        if len(self.a[0]):
+            ra = poses.frames[self.a[0]]
+            back = np.swapaxes(ra[:, :, :3, :3] @ self.turn_a, 2, 3)
+            pb = tree.positions(poses, self.b)
+            va, wa, aa, ba = motion(self.a[0], pb)
+            vb, wb, ab, bb = motion(self.b[0], pb)
+            # the point of A that coincides with that of B changes as B moves on A; the axes of A turn
+            own = (back @ (ab - aa - 2.0 * crossed(wa, vb - va))[..., None])[..., 0]
+            i, k = self.offsets
+            parts.append(own[i, :, k].T)
+            if self.angles.shape[1]:
+                i, j, k = self.angles
+                rb = poses.frames[self.b[0]][:, :, :3, :3] @ self.turn_b
+                u, w = back[i, :, j], rb[i, :, :, k]
+                wa, wb, bent = wa[i], wb[i], (bb - ba)[i]
+                change = crossed(crossed(wb, w), u) + crossed(w, crossed(wa, u))
+                parts.append(np.sum(change * (wb - wa) + crossed(w, u) * bent, axis=-1).T)
+        if len(self.lengths):
+            pa, pb = tree.positions(poses, self.rod_a), tree.positions(poses, self.rod_b)
+            va, _, aa, _ = motion(self.rod_a[0], pa)
+            vb, _, ab, _ = motion(self.rod_b[0], pb)
+            along = np.sum((vb - va) ** 2 + (pb - pa) * (ab - aa), axis=-1)
+            parts.append((along / self.lengths[:, None]).T)
+        parts.append(np.zeros((count, len(self.relations))))
+        return np.concatenate(parts, axis=1)

@@ -210,15 +210,16 @@ HEADER = "# mechlab mesh, metres"
 def obj_text(mesh: Mesh) -> str:
     """Wavefront OBJ with split vertices and their normals, so that viewers keep the sharp edges sharp."""
     split = split_faces(mesh.faces.astype(np.int64), mesh.corners, mesh.normals)
-    lines = [HEADER]
-    lines += ["v " + _numbers(p) for p in split.vertices]
-    lines += ["vn " + _numbers(n) for n in np.round(split.normals, 6) + 0.0]
-    lines += ["f " + " ".join(f"{i}//{i}" for i in face) for face in (split.faces + 1).tolist()]
-    return "\n".join(lines) + "\n"
+    faces = np.repeat(split.faces + 1, 2, axis=1)
+    return "".join((
+        f"{HEADER}\n", _lines("v %.9g %.9g %.9g\n", split.vertices),
+        _lines("vn %.9g %.9g %.9g\n", np.round(split.normals, 6) + 0.0), _lines("f %d//%d %d//%d %d//%d\n", faces),
+    ))  # fmt: skip
 
 
-def _numbers(values: np.ndarray) -> str:
-    return " ".join(f"{x:.9g}" for x in values.tolist())
+def _lines(line: str, rows: np.ndarray) -> str:
+    """The rows of an array, each as a line: one call for all of them."""
+    return (line * len(rows)) % tuple(rows.ravel().tolist())
 
 
 def write_obj(mesh: Mesh, path: str | Path) -> None:

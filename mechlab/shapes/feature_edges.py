@@ -35,14 +35,24 @@ def split_at_edges(vertices: ArrayLike, faces: ArrayLike, angle: float = FEATURE
     Vertices are equal when they are so in single precision, which is what pages and GLB files hold. Faces without
     area are dropped.
     """
-    points, welded = np.unique(np.asarray(vertices, dtype=np.float32), axis=0, return_inverse=True)
-    triangles = welded.reshape(-1)[np.asarray(faces, dtype=np.int64)]
+    points, welded = _welded(np.asarray(vertices, dtype=np.float32))
+    triangles = welded[np.asarray(faces, dtype=np.int64)]
     corners = points.astype(np.float64)[triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = np.linalg.norm(normals, axis=1)
     size = np.ptp(corners.reshape(-1, 3), axis=0).max() if len(corners) else 1.0
     solid = area > 1e-14 * size**2
     return split_faces(triangles[solid], corners[solid], normals[solid] / area[solid, None], angle)
+
+
+def _welded(points: NDArray[np.float32]) -> tuple[NDArray[np.float32], Indices]:
+    """The different points of (n, 3), sorted, and (n,) which of them each one is: `np.unique` of rows, by sorting numbers."""
+    order = np.lexsort(points.T[::-1])
+    ranked = points[order]
+    new = np.append(True, np.any(ranked[1:] != ranked[:-1], axis=1))[: len(points)]
+    which = np.empty(len(points), dtype=np.int64)
+    which[order] = np.cumsum(new) - 1
+    return ranked[new], which
 
 
 def split_faces(triangles: Indices, corners: Array, normals: Array, angle: float = FEATURE_ANGLE) -> SplitMesh:
@@ -72,8 +82,10 @@ def split_faces(triangles: Indices, corners: Array, normals: Array, angle: float
     out_normals = np.zeros((total, 3))
     np.add.at(out_normals, label, (normals[:, None, :] * _corner_angles(corners)[:, :, None]).reshape(-1, 3))
     out_normals /= np.maximum(np.linalg.norm(out_normals, axis=1), 1e-300)[:, None]
-    lines = np.unique(np.sort(triangles.reshape(-1)[np.stack([start[0], end[0]], axis=1)[~smooth]], axis=1), axis=0)
-    representative = np.zeros(triangles.max(initial=-1) + 1, dtype=np.int64)
+    points = int(triangles.max(initial=-1)) + 1
+    sharp = np.sort(triangles.reshape(-1)[np.stack([start[0], end[0]], axis=1)[~smooth]], axis=1)
+    lines = np.stack(np.divmod(np.unique(_key(sharp[:, 0], sharp[:, 1], points)), max(points, 1)), axis=1)
+    representative = np.zeros(points, dtype=np.int64)
     representative[triangles.reshape(-1)] = label
     faces = label.reshape(-1, 3).astype(np.int64)
     return SplitMesh(out_vertices, out_normals, faces, representative[lines], _is_closed(triangles, corners))
@@ -87,26 +99,35 @@ def _edges(
 
     An edge of one face, or of more than two, is never smooth; its second half-edge is then its first again.
     """
-    ends = np.sort(np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
-    unique, inverse, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
-    order = np.argsort(inverse.reshape(-1), kind="stable")
-    begin = np.concatenate([[0], np.cumsum(count)[:-1]]).astype(np.int64)
+    a, b = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
+    points = int(triangles.max(initial=0)) + 1
+    keys = _key(np.minimum(a, b), np.maximum(a, b), points)
+    order = np.argsort(keys, kind="stable")
+    ranked = keys[order]
+    begin = np.flatnonzero(np.append(True, ranked[1:] != ranked[:-1])[: len(ranked)])
+    count = np.diff(np.append(begin, len(ranked)))
     first = order[begin]
     second = order[begin + (count == 2)]
     cosine = np.einsum("ij,ij->i", normals[first // 3], normals[second // 3])
     smooth = (count == 2) & (cosine > math.cos(angle))
-    return first, second, smooth, unique[:, 0], unique[:, 1]
+    start, end = np.divmod(ranked[begin], points)
+    return first, second, smooth, start, end
+
+
+def _key(start: Indices, end: Indices, points: int) -> Indices:
+    """One number for each pair of points, in the order of the pairs: sorting numbers is many times faster than sorting rows."""
+    return start * points + end
 
 
 def _is_closed(triangles: Indices, corners: Array) -> bool:
     """Whether every half-edge meets exactly one that runs the other way, and the volume inside is positive."""
     if not len(triangles):
         return False
-    halves = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2)
-    ways = np.unique(halves, axis=0)
-    back = np.unique(halves[:, ::-1], axis=0)
+    a, b = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
+    points = int(triangles.max()) + 1
+    ways, back = np.sort(_key(a, b, points)), np.sort(_key(b, a, points))
     volume = np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0
-    return bool(len(ways) == len(halves) and np.array_equal(ways, back) and volume > 0.0)
+    return bool(np.all(ways[1:] > ways[:-1]) and np.array_equal(ways, back) and volume > 0.0)
 
 
 def _corner_of(triangles: Indices, face: Indices, point: Indices) -> Indices:

@@ -112,17 +112,21 @@ def _bridged(p: Array, ring: Indices, hole: Indices, others: Sequence[Indices]) 
 
 
 def _clipped(p: Array, ring: Indices) -> Indices:
-    triangles = []
-    ids = ring.copy()
+    triangles: list[tuple[int, int, int]] = []
+    ids: list[int] = ring.tolist()
+    left = _Left(p[ring], ring)
+    at: list[list[float]] = p.tolist()
     tiny = 1e-14 * float(np.ptp(p[ring], axis=0).max()) ** 2
     i, misses, slack = 0, 0, 0.0
     while len(ids) > 3:
         n = len(ids)
         i %= n
-        a, b, c = int(ids[i - 1]), int(ids[i]), int(ids[(i + 1) % n])
-        if _turn(p[a], p[b], p[c]) > tiny and not _blocked(p, ids, a, b, c, slack):
+        a, b, c = ids[i - 1], ids[i], ids[(i + 1) % n]
+        (ax, ay), (bx, by), (cx, cy) = at[a], at[b], at[c]
+        if (bx - ax) * (cy - ay) - (by - ay) * (cx - ax) > tiny and not left.block(a, b, c, at, slack):
             triangles.append((a, b, c))
-            ids = np.delete(ids, i)
+            del ids[i]
+            left.delete(i)
             misses, slack = 0, 0.0
             i += 1  # skipping one vertex keeps the triangles from becoming a fan of needles
             continue
@@ -131,12 +135,29 @@ def _clipped(p: Array, ring: Indices) -> Indices:
             if slack > 0.0:
                 raise MechlabError("triangulate: the outline crosses itself or touches a hole; check the sizes.")
             misses, slack = 0, tiny  # let vertices lie on the border of an ear
-    triangles.append((int(ids[0]), int(ids[1]), int(ids[2])))
+    triangles.append((ids[0], ids[1], ids[2]))
     return np.array(triangles, dtype=np.int64)
 
 
-def _blocked(p: Array, ids: Indices, a: int, b: int, c: int, slack: float) -> bool:
-    q = p[ids[(ids != a) & (ids != b) & (ids != c)]]
-    pa, pb, pc = p[a], p[b], p[c]
-    inside = (_turn(pa, pb, q) >= slack) & (_turn(pb, pc, q) >= slack) & (_turn(pc, pa, q) >= slack)
-    return bool(inside.any())
+class _Left:
+    """The vertices that are not clipped yet: places (n, 2) and numbers (n,)."""
+
+    def __init__(self, places: Array, ids: Indices) -> None:
+        self.x, self.y, self.ids = places[:, 0].copy(), places[:, 1].copy(), ids.copy()
+        self.n = len(ids)
+
+    def delete(self, i: int) -> None:
+        """Take out the vertex at place i of the outline."""
+        for column in (self.x, self.y, self.ids):
+            column[i : self.n - 1] = column[i + 1 : self.n]
+        self.n -= 1
+
+    def block(self, a: int, b: int, c: int, at: list[list[float]], slack: float) -> bool:
+        """Whether a vertex other than its corners lies in the triangle of the vertices numbered a, b, c, which stand `at`."""
+        (ax, ay), (bx, by), (cx, cy) = at[a], at[b], at[c]
+        x, y = self.x[: self.n], self.y[: self.n]
+        xa, ya, xb, yb, xc, yc = x - ax, y - ay, x - bx, y - by, x - cx, y - cy
+        inside = (bx - ax) * ya - (by - ay) * xa >= slack
+        inside &= (cx - bx) * yb - (cy - by) * xb >= slack
+        inside &= (ax - cx) * yc - (ay - cy) * xc >= slack
+        return any(k not in (a, b, c) for k in self.ids[: self.n][inside].tolist())

@@ -218,3 +218,60 @@ def test_energy_barrier_is_not_jumped():
         fourbar.energy_speed(b, 2 * math.pi - 1.5, -1.5, 0.5, gravity=(0.0, -9.81))
     with pytest.raises(NoSolution, match="does not assemble"):
         fourbar.energy_speed(bar("triple rocker"), 2 * math.pi + 0.9, 0.9, 1.0)
+
+
+def test_positions_alone_are_those_of_the_motion():
+    # Longer than one block, with positions out of reach: modes and lengths broadcast.
+    phi = np.linspace(-math.pi, math.pi, 9001)
+    given = (0.3, np.array([[0.2], [0.35]]), 0.25, 0.4, phi)
+    here, whole = fourbar.positions(*given, mode=-1), fourbar.solve(*given, 0.7, 0.2, mode=-1)
+    assert here.coupler_angle.shape == (2, 9001)
+    assert 0 < np.count_nonzero(here.assembles[0]) < 9001
+    for name in ("coupler_angle", "rocker_angle", "transmission_angle", "gap", "assembles", "regular"):
+        np.testing.assert_array_equal(getattr(here, name), getattr(whole, name))
+    np.testing.assert_array_equal(np.isnan(here.rocker_angle), ~here.assembles)
+    np.testing.assert_array_equal(np.isnan(whole.rocker_rate), ~whole.regular)
+    np.testing.assert_array_equal(here.gap > 0.0, ~here.assembles)
+    with pytest.raises(NoSolution, match="does not assemble"):
+        here.require()
+    assert fourbar.positions(*BARS["crank-rocker"], []).gap.shape == (0,)
+
+
+def exact_motion(bars: tuple[float, ...], phi: float, mode: int) -> np.ndarray:
+    """Angles, rates, accelerations for the crank rate 1 in extended precision, by the circles' intersection."""
+    a, b, c, g, angle = (np.longdouble(x) for x in (*bars, phi))
+    px, py = a * np.cos(angle), a * np.sin(angle)
+    dx, dy = g - px, -py
+    square = dx * dx + dy * dy
+    x = (square + b * b - c * c) / (2 * square)
+    y = mode * np.sqrt(b * b / square - x * x)
+    rx, ry = x * dx - y * dy, x * dy + y * dx
+    sx, sy = rx - dx, ry - dy
+    det = rx * sy - ry * sx
+    theta, psi = (sx * py - sy * px) / det, (rx * py - ry * px) / det
+    both = rx * sx + ry * sy
+    theta2 = (sx * px + sy * py + theta**2 * both - psi**2 * c * c) / det
+    psi2 = (rx * px + ry * py + theta**2 * b * b - psi**2 * both) / det
+    return np.array([np.arctan2(ry, rx), np.arctan2(sy, sx), theta, psi, theta2, psi2])
+
+
+@pytest.mark.skipif(np.finfo(np.longdouble).eps > 1e-18, reason="long double is double here")
+@pytest.mark.parametrize("distance", [0.3, 1e-2, 1e-4, 1e-6, 1e-8])
+def test_digits_near_a_limit_position(distance):
+    # The angles go with the root of the distance to the limit: a rounding of the crank angle, 2.2e-16, moves them by that
+    # over sqrt(distance), rates by that over distance of themselves, accelerations by three times as much. Two such
+    # roundings are allowed (largest seen: half of one).
+    bars = BARS["triple rocker"]
+    for limit in fourbar.crank_limits(*bars).limit_angles:
+        for k in range(20):
+            phi, mode = limit - math.copysign(distance * (1.0 + k / 20), limit), (-1) ** k
+            m = fourbar.solve(*bars, phi, 1.0, 0.0, mode)
+            exact = exact_motion(bars, phi, mode)
+            found = [
+                m.coupler_angle, m.rocker_angle, m.coupler_rate, m.rocker_rate, m.coupler_accel, m.rocker_accel,
+            ]  # fmt: skip
+            error = np.abs(np.array(found) - exact)
+            rounding = 2.0 * 2.2e-16 * (1.0 + 1.0 / distance)
+            assert np.all(error[:2] < 2.0 * 2.2e-16 * (1.0 + 1.0 / math.sqrt(distance)))
+            assert np.all(error[2:4] < rounding * (1.0 + np.abs(exact[2:4])))
+            assert np.all(error[4:] < 3.0 * rounding * (1.0 + np.abs(exact[4:])))

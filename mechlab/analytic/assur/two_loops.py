@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.analytic.assur.plane import Complex, Flags, Point, Real, cross, dot, unit
+from mechlab.analytic.blocks import pieces
 from mechlab.errors import MechlabError
 
 MODES = 6
@@ -26,7 +27,6 @@ CIRCLE = 2e-2
 """A root this far from the unit circle is still tried: near a merge of two modes rounding moves it by the square root."""
 MERGED = 1e-7  # [rad] nearer modes are one
 CLOSED = 1e-12  # residual over the square of the size of the group
-BLOCK = 4096  # positions solved at a time
 _DEGENERATE = 1e-9
 
 
@@ -186,7 +186,7 @@ def all_modes(group: TwoLoops) -> Modes:
     """
     shape, flat = group.shape, group.flat()
     n = flat.w.shape[1]
-    parts = [_block(flat.take(slice(k, k + BLOCK))) for k in range(0, n, BLOCK)]
+    parts = [_block(flat.take(part)) for part in pieces(n)]
     t, u, det, count = (np.concatenate([x[i] for x in parts]) for i in range(4))
     full = (*shape, MODES)
     return Modes(t.reshape(full), u.reshape(full), det.reshape(full), count.reshape(shape))

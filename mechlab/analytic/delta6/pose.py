@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.analytic.delta6.geometry import BoolArray, Delta6, FloatArray, demand, finite, vectors
+from mechlab.analytic.delta6.geometry import BoolArray, Delta6, FloatArray, cross, demand, finite, vectors
 from mechlab.analytic.delta6.rotation import (
     SINGULAR_COSINE,
     angle_accelerations,
@@ -150,7 +150,7 @@ def jacobian(geom: Delta6, tool: ArrayLike, alpha: ArrayLike, beta: ArrayLike, g
     e1 = output_axis(angles)
     result = np.zeros(linear.shape[:-2] + (6, 6))
     result[..., :3, :3] = linear
-    result[..., :3, 3:] = geom.head_offset * np.cross(linear, e1[..., None, :])
+    result[..., :3, 3:] = geom.head_offset * cross(linear, e1[..., None, :])
     result[..., 3:, 3:] = drive_matrix(geom) @ inverse_rate_matrix(angles)
     return result
 
@@ -161,7 +161,7 @@ def drive_rates(
     """Rates of the six drives for a twist of the output link, (..., 6). Raises where `jacobian` does."""
     angles, arm, centre = _reached(geom, tool, alpha, beta, gamma)
     t = vectors("twist", twist, 6)
-    linear = slider_rates(geom, centre, t[..., :3] + np.cross(arm, t[..., 3:]))
+    linear = slider_rates(geom, centre, t[..., :3] + cross(arm, t[..., 3:]))
     return _join(linear, drives_from_angles(geom, angle_rates(angles, t[..., 3:])))
 
 
@@ -172,7 +172,7 @@ def output_twist(
     angles, arm, centre = _reached(geom, tool, alpha, beta, gamma)
     r = vectors("rates", rates, 6)
     omega = angular_velocity(angles, angles_from_drives(geom, r[..., 3:]))
-    return _join(platform_velocity(geom, centre, r[..., :3]) + np.cross(omega, arm), omega)
+    return _join(platform_velocity(geom, centre, r[..., :3]) + cross(omega, arm), omega)
 
 
 def drive_accelerations(
@@ -191,8 +191,8 @@ def drive_accelerations(
     angles, arm, centre = _reached(geom, tool, alpha, beta, gamma)
     t, a = vectors("twist", twist, 6), vectors("twist_rate", twist_rate, 6)
     omega, omega_rate = t[..., 3:], a[..., 3:]
-    centre_velocity = t[..., :3] - np.cross(omega, arm)
-    centre_acceleration = a[..., :3] - np.cross(omega_rate, arm) - np.cross(omega, np.cross(omega, arm))
+    centre_velocity = t[..., :3] - cross(omega, arm)
+    centre_acceleration = a[..., :3] - cross(omega_rate, arm) - cross(omega, cross(omega, arm))
     linear = slider_accelerations(geom, centre, centre_velocity, centre_acceleration)
     second = angle_accelerations(angles, angle_rates(angles, omega), omega_rate)
     return _join(linear, drives_from_angles(geom, second))
@@ -215,7 +215,7 @@ def output_acceleration(
     omega_rate = angular_acceleration(angles, angle_rate, angles_from_drives(geom, a[..., 3:]))
     centre_velocity = platform_velocity(geom, centre, r[..., :3])
     centre_acceleration = platform_acceleration(geom, centre, centre_velocity, a[..., :3])
-    return _join(centre_acceleration + np.cross(omega_rate, arm) + np.cross(omega, np.cross(omega, arm)), omega_rate)
+    return _join(centre_acceleration + cross(omega_rate, arm) + cross(omega, cross(omega, arm)), omega_rate)
 
 
 def _join(linear: FloatArray, angular: FloatArray) -> FloatArray:

@@ -11,11 +11,13 @@ raise NoSolution there. Mask bulk data with `inverse_position(...).h2 > 0` first
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mechlab.analytic.blocks import pieces
 from mechlab.analytic.delta6.geometry import BoolArray, Delta6, FloatArray, apply, demand, vectors
 from mechlab.errors import NoSolution
 
@@ -124,26 +126,44 @@ def forward_position(geom: Delta6, sliders: ArrayLike) -> ForwardPosition:
     n_z is a constant of the geometry, never zero, so "below" is always defined.
     """
     q = vectors("sliders", sliders)
-    top = q - (geom.slider_height + geom.platform_height)
-    centres = np.empty(q.shape + (3,))
-    centres[..., :2] = -geom.leg_offsets
-    centres[..., 2] = top
-    e = centres[..., 1, :] - centres[..., 0, :]
-    f = centres[..., 2, :] - centres[..., 0, :]
-    n = np.cross(e, f)
-    n2 = np.sum(n * n, axis=-1, keepdims=True)
+    shape, count = q.shape[:-1], math.prod(q.shape[:-1])
+    tops = q.reshape(count, 3) - (geom.slider_height + geom.platform_height)
+    position, heights, discriminant = np.empty((count, 3)), np.empty((count, 3)), np.empty(count)
+    for part in pieces(count):
+        _lower_point(geom, tops[part], position[part], discriminant[part])
+        np.subtract(tops[part], position[part, 2:], out=heights[part])
+    assembles = discriminant >= 0.0
+    on_branch = assembles & (heights.min(axis=-1) > 0.0)
+    if not assembles.all():
+        position[~assembles] = heights[~assembles] = np.nan
+    return ForwardPosition(
+        position.reshape(q.shape),
+        heights.reshape(q.shape),
+        discriminant.reshape(shape),
+        assembles.reshape(shape),
+        on_branch.reshape(shape),
+    )
+
+
+def _lower_point(geom: Delta6, top: FloatArray, position: FloatArray, discriminant: FloatArray) -> None:
+    """Writes O (n, 3) and the discriminant (n,) for the heights (n, 3) of the spheres' centres."""
+    first, second, third = -geom.leg_offsets
+    (ex, ey), (fx, fy) = (second - first).tolist(), (third - first).tolist()
+    z = np.ascontiguousarray(top.T)
+    ez, fz = z[1] - z[0], z[2] - z[0]
+    n = (ey * fz - ez * fy, ez * fx - ex * fz, ex * fy - ey * fx)
+    n2 = n[0] * n[0] + n[1] * n[1] + n[2] * n[2]
+    half = 0.5 / n2
+    by_e, by_f = (fx * fx + fy * fy + fz * fz) * half, (ex * ex + ey * ey + ez * ez) * half
     arm = (
-        np.sum(f * f, axis=-1, keepdims=True) * np.cross(n, e) + np.sum(e * e, axis=-1, keepdims=True) * np.cross(f, n)
-    ) / (2.0 * n2)
-    discriminant = np.asarray(geom.rod_length**2 - np.sum(arm * arm, axis=-1))
-    assembles = np.asarray(discriminant >= 0.0)
-    drop = np.sqrt(np.maximum(discriminant, 0.0))[..., None] * np.sign(n[..., 2:]) / np.sqrt(n2)
-    position = centres[..., 0, :] + arm - drop * n
-    heights = top - position[..., 2:]
-    on_branch = np.asarray(assembles & (heights.min(axis=-1) > 0.0))
-    position[~assembles] = np.nan
-    heights[~assembles] = np.nan
-    return ForwardPosition(position, heights, discriminant, assembles, on_branch)
+        by_e * (n[1] * ez - n[2] * ey) + by_f * (fy * n[2] - fz * n[1]),
+        by_e * (n[2] * ex - n[0] * ez) + by_f * (fz * n[0] - fx * n[2]),
+        by_e * (n[0] * ey - n[1] * ex) + by_f * (fx * n[1] - fy * n[0]),
+    )
+    discriminant[:] = geom.rod_length**2 - (arm[0] * arm[0] + arm[1] * arm[1] + arm[2] * arm[2])
+    drop = np.sqrt(np.maximum(discriminant, 0.0) / n2) * math.copysign(1.0, n[2])
+    for k, start in enumerate((first[0], first[1], z[0])):
+        position[:, k] = start + arm[k] - drop * n[k]
 
 
 # -- velocities and accelerations ------------------------------------------------------------------------------------------
@@ -163,9 +183,12 @@ def leg_heights(geom: Delta6, position: ArrayLike) -> FloatArray:
 
 def translation_jacobian(geom: Delta6, position: ArrayLike) -> FloatArray:
     """J with qdot = J v_O, rows (-G_ix/h_i, -G_iy/h_i, 1). position O (..., 3) -> (..., 3, 3), dimensionless."""
-    h = leg_heights(geom, position)
-    jacobian = np.ones(h.shape + (3,))
-    jacobian[..., :2] = -leg_vectors(geom, position) / h[..., None]
+    p = vectors("position", position)
+    inverse = -1.0 / leg_heights(geom, p)
+    jacobian = np.ones(p.shape + (3,))
+    for i, offset in enumerate(geom.leg_offsets):
+        for k in (0, 1):
+            np.multiply(p[..., k] + offset[k], inverse[..., i], out=jacobian[..., i, k])
     return jacobian
 
 

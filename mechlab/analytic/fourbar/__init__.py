@@ -17,9 +17,12 @@ from mechlab.analytic.fourbar.dynamics import (
 from mechlab.analytic.fourbar.kinematics import (
     CrankLimits,
     FourbarMotion,
+    FourbarPositions,
     GrashofClass,
     crank_limits,
     grashof_class,
+    loop_rates,
+    positions,
     solve,
 )
 
@@ -28,6 +31,7 @@ __all__ = [
     "CrankLimits",
     "FourbarForces",
     "FourbarMotion",
+    "FourbarPositions",
     "GrashofClass",
     "LinkMass",
     "MovingFourbar",
@@ -37,7 +41,9 @@ __all__ = [
     "energy_speed",
     "generalised_inertia",
     "grashof_class",
+    "loop_rates",
     "pin_forces",
+    "positions",
     "potential_energy",
     "rod_fourbar",
     "slender_rod",

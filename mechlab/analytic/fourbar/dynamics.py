@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.analytic.fourbar.kinematics import FloatArray, FourbarMotion, _finite, solve
+from mechlab.analytic.blocks import FloatArray
+from mechlab.analytic.fourbar.kinematics import FourbarMotion, _finite, solve
 from mechlab.errors import MechlabError, NoSolution
 
 NO_GRAVITY = (0.0, 0.0)

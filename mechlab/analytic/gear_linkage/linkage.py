@@ -19,14 +19,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mechlab.analytic.blocks import FloatArray, flattened, piece, pieces
+from mechlab.analytic.fourbar import loop_rates
 from mechlab.errors import MechlabError, NoSolution
 
-FloatArray = NDArray[np.float64]
 TURN_TOLERANCE = 1e-12
+FLAT = 2e-12
+"""Four times the area of the triangle BCD over coupler times rocker (twice the sine of the transmission angle): without rates below."""
+
+Vector = tuple[FloatArray, FloatArray]
 
 
 @dataclass(frozen=True)
@@ -129,13 +135,23 @@ def angles(g: GearLinkage, crank_angle: ArrayLike) -> tuple[FloatArray, FloatArr
     The half angles of the triangle BCD are taken from Heron's product, which keeps its digits where it is flat.
     """
     phi = np.asarray(crank_angle, dtype=float)
-    dx, dy = g.frame - g.crank * np.cos(phi), -g.crank * np.sin(phi)
-    f, towards = np.hypot(dx, dy), np.arctan2(dy, dx)
-    b, c = g.coupler, g.rocker
-    area = np.sqrt(np.maximum((b + c - f) * (f - b + c) * (f + b - c) * (b + c + f), 0.0))
-    at_b = np.arctan2(area, f * f + (b - c) * (b + c))
-    at_d = np.arctan2(area, f * f - (b - c) * (b + c))
-    at_c = np.arctan2(area, b * b + c * c - f * f)
+    return _angles(g, *_triangle(g, phi)[1:])
+
+
+def _triangle(g: GearLinkage, phi: FloatArray) -> tuple[Vector, Vector, FloatArray, FloatArray]:
+    """Vectors A -> B and B -> D, the length of B -> D, and four times the area of the triangle BCD."""
+    pin = g.crank * np.cos(phi), g.crank * np.sin(phi)
+    way = g.frame - pin[0], -pin[1]
+    b, c, f = g.coupler, g.rocker, np.hypot(*way)
+    return pin, way, f, np.sqrt(np.maximum((b + c - f) * (f - b + c) * (f + b - c) * (b + c + f), 0.0))
+
+
+def _angles(g: GearLinkage, way: Vector, f: FloatArray, area: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    b, c, f2 = g.coupler, g.rocker, f * f
+    towards = np.arctan2(way[1], way[0])
+    at_b = np.arctan2(area, f2 + (b - c) * (b + c))
+    at_d = np.arctan2(area, f2 - (b - c) * (b + c))
+    at_c = np.arctan2(area, b * b + c * c - f2)
     return towards + g.mode * at_b, towards + np.pi - g.mode * at_d, at_c
 
 
@@ -150,30 +166,33 @@ def motion(
     for name, x in zip(("crank_angle", "crank_rate", "crank_accel"), given, strict=True):
         if not np.all(np.isfinite(x)):
             raise MechlabError(f"{name} holds values that are not finite; expected finite numbers")
-    phi, w, e = np.broadcast_arrays(*given)
-    psi, chi, mu = angles(g, phi)
-    l1, l2, l3 = g.crank, g.coupler, g.rocker
-    sine = np.sin(chi - psi)
-    regular = np.abs(sine) > 1e-12
-    s = np.where(regular, sine, 1.0)
-    w2 = l1 * np.sin(phi - chi) / (l2 * s)
-    w3 = l1 * np.sin(phi - psi) / (l3 * s)
-    e2 = (l1 * np.cos(phi - chi) + l2 * w2**2 * np.cos(psi - chi) - l3 * w3**2) / (l2 * s)
-    e3 = (l1 * np.cos(phi - psi) + l2 * w2**2 - l3 * w3**2 * np.cos(chi - psi)) / (l3 * s)
+    shape, inputs = flattened(*given)
+    count = math.prod(shape)
+    found: dict[str, Any] = {name: np.empty(count) for name in LinkageMotion.__dataclass_fields__}
+    found["regular"] = np.ones(count, dtype=bool)
     psi0, chi0, _ = angles(g, 0.0)
-    hide = np.where(regular, 1.0, np.nan)
-    out = {"coupler": (psi, w2, e2), "rocker": (chi, w3, e3)}
-    moved = (phi, psi - psi0, chi - chi0)
-    ones, zeros = np.ones_like(phi), np.zeros_like(phi)
-    first, second = (ones, w2, w3), (zeros, e2, e3)
-    for name, c in zip(("idler", "output"), transfer(g), strict=True):
-        out[name] = tuple(sum(k * x for k, x in zip(c, part, strict=True)) for part in (moved, first, second))  # type: ignore[assignment]
-    values: dict[str, FloatArray] = {}
-    for name, (angle, rate, accel) in out.items():
-        values[f"{name}_angle"] = np.asarray(angle)
-        values[f"{name}_rate"] = np.asarray(rate * w * hide)
-        values[f"{name}_accel"] = np.asarray((accel * w**2 + rate * e) * hide)
-    return LinkageMotion(**values, transmission_angle=np.asarray(mu), regular=np.asarray(regular))
+    gears = dict(zip(("idler", "output"), transfer(g), strict=True))
+    for part in pieces(count):
+        phi, w, e = (piece(x, part) for x in inputs)
+        pin, way, f, area = _triangle(g, phi)
+        psi, chi, found["transmission_angle"][part] = _angles(g, way, f, area)
+        if not np.min(area, initial=1.0) > FLAT * g.coupler * g.rocker:
+            regular = found["regular"][part] = area > FLAT * g.coupler * g.rocker
+            area, f = np.where(regular, area, np.nan), np.where(regular, f, 1.0)
+        half = 0.5 / (f * f)
+        x, y = 0.5 + (g.coupler - g.rocker) * (g.coupler + g.rocker) * half, g.mode * area * half
+        bar = x * way[0] - y * way[1], x * way[1] + y * way[0]
+        lever = bar[0] - way[0], bar[1] - way[1]
+        rates = loop_rates(pin, bar, lever, 0.5 * g.mode * area, g.coupler, g.rocker, w, e)
+        for kind, crank, two, moved in (
+            ("angle", phi, (psi, chi), (psi - psi0, chi - chi0)),
+            ("rate", w, rates[:2], rates[:2]),
+            ("accel", e, rates[2:], rates[2:]),
+        ):
+            found[f"coupler_{kind}"][part], found[f"rocker_{kind}"][part] = two
+            for name, (of_crank, of_coupler, of_rocker) in gears.items():
+                found[f"{name}_{kind}"][part] = of_crank * crank + of_coupler * moved[0] + of_rocker * moved[1]
+    return LinkageMotion(**{name: values.reshape(shape) for name, values in found.items()})
 
 
 def transfer(g: GearLinkage) -> tuple[tuple[float, float, float], tuple[float, float, float]]:

@@ -11,7 +11,8 @@ from enum import Enum
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.analytic.gear_linkage.linkage import FloatArray, GearLinkage, longest_crank, motion
+from mechlab.analytic.blocks import FloatArray
+from mechlab.analytic.gear_linkage.linkage import GearLinkage, longest_crank, motion
 from mechlab.analytic.roots import brentq
 from mechlab.errors import MechlabError, NoSolution, unknown
 

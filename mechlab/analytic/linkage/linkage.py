@@ -11,11 +11,11 @@ from numpy.typing import ArrayLike
 
 from mechlab.analytic.assur.continuation import lowest_discriminant
 from mechlab.analytic.assur.plane import Real, scalar
+from mechlab.analytic.blocks import BLOCK, pieces
 from mechlab.analytic.linkage.description import ACTIONS, LinkageDescription, Motion
 from mechlab.errors import MechlabError, unknown
 
-BLOCK = 4096
-"""Positions solved at a time: their arrays stay in the processor's cache, which is three times faster."""
+__all__ = ["BLOCK", "Input", "Linkage"]
 
 Input = ArrayLike | tuple[ArrayLike, ArrayLike, ArrayLike]
 
@@ -48,8 +48,7 @@ class Linkage(LinkageDescription):
 
     def blocks(self, count: int, **inputs: Input) -> Iterator[tuple[slice, Motion]]:
         """`solve` for long arrays (n,), BLOCK positions at a time."""
-        for k in range(0, count, BLOCK):
-            part = slice(k, min(k + BLOCK, count))
+        for part in pieces(count):
             yield part, self.solve(**{name: _cut(value, part) for name, value in inputs.items()})
 
     def modes(self, **inputs: Input) -> tuple[tuple[dict[str, int], Motion], ...]:

@@ -39,6 +39,7 @@ class _Pair:
     anchors: tuple[Array, Array]
     turns: bool
     distance: bool = False
+    sites: tuple[int, int] = (-1, -1)
 
 
 class Closure:
@@ -47,6 +48,7 @@ class Closure:
     def __init__(self, model: mujoco.MjModel) -> None:
         self.model = model
         self._pairs: list[_Pair] = []
+        self._pair_of: dict[int, _Pair] = {}
         fixed: list[Array] = []
         tendons: list[int] = []
         pairs: list[int] = []
@@ -66,12 +68,18 @@ class Closure:
                 name = mujoco.mj_id2name(self.model, mujoco.mjtObj.mjOBJ_EQUALITY, k)
                 raise MechlabError(f"the MuJoCo model: equality {name!r} is neither of sites nor of a tendon.")
             pairs.append(k)
+            self._pair_of[k] = self._pairs[-1]
         rows = [1] * len(fixed) + [1 if p.distance else 6 if p.turns else 3 for p in self._pairs]
         ends = np.cumsum([0, *rows])
         self.slices = {k: slice(a, b) for k, a, b in zip(tendons + pairs, ends, ends[1:], strict=False)}
         """Equality of the engine -> its rows here."""
         self._fixed = np.array(fixed).reshape(len(fixed), self.model.nv)
         self._buffer = [np.zeros((3, self.model.nv)) for _ in range(8)]  # the engine writes into them
+
+    def ends_of_distance(self, equality: int) -> tuple[int, int] | None:
+        """The two sites whose distance an equality of the engine keeps; None for one of another kind."""
+        pair = self._pair_of.get(equality)
+        return pair.sites if pair is not None and pair.distance else None
 
     def rows(self, data: mujoco.MjData) -> tuple[Array, Array]:
         """(rows, engine nv) J and (rows,) b in the engine's rates, connectors included.
@@ -112,7 +120,7 @@ class Closure:
 
 def _site_pair(model: mujoco.MjModel, one: int, two: int, turns: bool, distance: bool = False) -> _Pair:
     bodies = (int(model.site_bodyid[one]), int(model.site_bodyid[two]))
-    return _Pair(bodies, (model.site_pos[one].copy(), model.site_pos[two].copy()), turns, distance)
+    return _Pair(bodies, (model.site_pos[one].copy(), model.site_pos[two].copy()), turns, distance, (one, two))
 
 
 def _tendon(model: mujoco.MjModel, tendon: int) -> tuple[Array, _Pair | None]:

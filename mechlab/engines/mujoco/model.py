@@ -75,7 +75,7 @@ class MujocoMap:
             dof += range(model.jnt_dofadr[k], model.jnt_dofadr[k] + joint.nv)
         self.qpos: Indices = np.array(qpos, dtype=int)
         self.dof: Indices = np.array(dof, dtype=int)
-        self._square = np.ix_(self.dof, self.dof)
+        self._square = None if np.array_equal(self.dof, np.arange(model.nv)) else np.ix_(self.dof, self.dof)
         self.other_dof: Indices = np.setdiff1d(np.arange(model.nv), self.dof)
         self._mass = np.zeros((model.nv, model.nv))
         self._scratch: mujoco.MjData | None = None
@@ -163,7 +163,7 @@ class MujocoMap:
     def mass_matrix(self, data: mujoco.MjData) -> Array:
         """(nv, nv) of the Mechanism, armatures and shafts included, at the state that `data` was evaluated at."""
         mujoco.mj_fullM(self.model, data, self._mass)
-        return np.asarray(self._mass[self._square])
+        return self._mass.copy() if self._square is None else np.asarray(self._mass[self._square])
 
     def _data(self) -> mujoco.MjData:
         if self._scratch is None:

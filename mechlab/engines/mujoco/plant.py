@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike
 
 from mechlab.engines.mujoco.closure import Closure, equality_rows
 from mechlab.engines.mujoco.control import engine
+from mechlab.engines.mujoco.engine_rows import EngineRows
 from mechlab.engines.mujoco.model import MujocoMap, passive, to_mujoco
 from mechlab.errors import unknown
 from mechlab.experiment.laws import Law, applied_force
@@ -120,6 +121,19 @@ class MujocoPlant:
         return Closure(self.model)
 
     @cached_property
+    def _engine_rows(self) -> EngineRows | None:
+        """The same rows in less time; None where they are others."""
+        if mujoco.mj_isSparse(self.model):
+            return None
+        made = EngineRows(self.model, self.closure)
+        return made if made.agree(self.data, self.closure) else None
+
+    @cached_property
+    def _in_order(self) -> bool:
+        """Whether the engine's rates are those of the Mechanism, in its order."""
+        return np.array_equal(self.map.dof, np.arange(self.model.nv))
+
+    @cached_property
     def _numpy(self) -> tuple[TreeKinematics, ConstraintSet]:
         return TreeKinematics(self.mechanism), ConstraintSet(self.mechanism)
 
@@ -140,8 +154,9 @@ class MujocoPlant:
                 tree, constraints = self._tree(), self._numpy[1]
                 self._kept = constraints.jacobian(tree), constraints.bias(tree)
             else:
-                jacobian, bias = self.closure.rows(self.data)
-                self._kept = jacobian[:, self.map.dof], bias
+                fast = self._engine_rows
+                jacobian, bias = (fast and fast.rows(self.data)) or self.closure.rows(self.data)
+                self._kept = jacobian if self._in_order else jacobian[:, self.map.dof], bias
             self._rows_state = state
         return self._kept
 

@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 import scipy
 
+from mechlab.clock import costed, spent_on
 from mechlab.engines.mujoco.control import controlled, engine
 from mechlab.engines.mujoco.drive import Driver, put_start, run_model
 from mechlab.engines.mujoco.findings import FrictionWatch, LoopWatch, health, masses_finding
@@ -25,6 +26,7 @@ from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 
 
+@costed
 def run(
     mechanism: Mechanism,
     scene: Scene,
@@ -55,15 +57,17 @@ def run(
     put_start(data, map_, q, v)
     driver = Driver(mechanism, scene.laws, MujocoPlant(mechanism, model, data, map_))
     samples = _Samples(mechanism, model, data, map_, driver, ModeWatch(mechanism, scene.keep_mode))
-    with controlled(data, driver) if driver.called else engine():
+    with controlled(data, driver) if driver.called else engine(), spent_on("record"):
         # laws in Python read the dense rows in the middle of a step
         sparse = not driver.called and sparse_is_right(model, data)
         blow_up, cpu, done = advance(model, data, map_, steps, samples.take, sparsely if sparse else None)
     t, states = np.array(samples.t), (np.array(samples.q), np.array(samples.v))
-    channels, units = samples.channels(mechanism, *states)
-    findings = health(mechanism, scene, chosen, data, blow_up, samples, states)
-    ahead = [f for f in (samples.loops.finding(scene.duration), masses_finding(map_, q)) if f is not None]
-    findings = Health(tuple(ahead)) + findings
+    with spent_on("record"):
+        channels, units = samples.channels(mechanism, *states)
+    with spent_on("check"):
+        findings = health(mechanism, scene, chosen, data, blow_up, samples, states)
+        ahead = [f for f in (samples.loops.finding(scene.duration), masses_finding(map_, q)) if f is not None]
+        findings = Health(tuple(ahead)) + findings
     per_step = 4 if chosen.integrator == "RK4" else 1
     return Recording(
         mechanism=mechanism, t=t, q=states[0], v=states[1], channels=channels, units=units, health=findings,

@@ -10,6 +10,7 @@ from typing import Protocol
 import mujoco
 import numpy as np
 
+from mechlab.clock import spent_on
 from mechlab.engines.mujoco.sparse import sparse_steps
 from mechlab.engines.state import RATE_LIMIT
 from mechlab.errors import MechlabError
@@ -105,9 +106,10 @@ def advance(
     for here in steps.samples:
         if here > done:
             mujoco.mj_getState(model, data, state, INTEGRATION_STATE)
-            start = time.thread_time()
-            (step or take_steps)(model, data, steps, done, here)
-            cpu += time.thread_time() - start
+            with spent_on("integrate"):
+                start = time.thread_time()
+                (step or take_steps)(model, data, steps, done, here)
+                cpu += time.thread_time() - start
             if _fault(data) is not None:
                 return _locate(model, data, map_, steps, state, done, here, step or take_steps), cpu, here
             done = here

@@ -16,6 +16,7 @@ from mechlab.engines.mujoco.control import controlled, engine
 from mechlab.engines.mujoco.drive import Driver, RunModel, engaged, put_start, run_model
 from mechlab.engines.mujoco.model import MujocoMap
 from mechlab.engines.mujoco.plant import MujocoPlant
+from mechlab.engines.mujoco.sparse import sparse_is_right, sparse_steps
 from mechlab.engines.mujoco.stepping import INTEGRATION_STATE, UNSOLVED
 from mechlab.engines.state import RATE_LIMIT
 from mechlab.experiment.laws import Law
@@ -70,6 +71,8 @@ class Steps:
         self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
         put_start(self.data, self.map, *initial_state(mechanism, scene))
         self._laws = _driven(mechanism, scene, self.model, self.data, self.map, sampling=False)
+        # laws in Python read the dense rows in the middle of a step
+        self._sparse = _constant(scene) and sparse_is_right(self.model, self.data)
         self._state = np.empty(mujoco.mj_stateSize(self.model, INTEGRATION_STATE))
         mujoco.mj_getState(self.model, self.data, self._state, INTEGRATION_STATE)
 
@@ -80,7 +83,7 @@ class Steps:
         mujoco.mj_setState(model, data, self._state, INTEGRATION_STATE)
         for w in UNSOLVED:
             data.warning[w].number = 0  # counted in another run
-        with self._laws():
+        with self._laws(), sparse_steps(model, self._sparse):
             qpos, qvel, spent, reason = step_through(model, data, outputs, self.each, self.price)
         mujoco.mj_getState(model, data, self._state, INTEGRATION_STATE)
         done = (len(qpos) - 1) * self.each

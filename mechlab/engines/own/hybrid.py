@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mechlab.clock import costed, spent_on
 from mechlab.engines.protocol import Engine, available, engine
 from mechlab.engines.state import BlowUp, Instant
 from mechlab.errors import MechlabError
@@ -123,10 +124,10 @@ def recording_of(
         instants.append(motion.instant(now, motion.project(now, state)))
     q, v = y[:, : mechanism.nq], y[:, mechanism.nq : mechanism.nq + mechanism.nv]
     found, units = motion.equations.channels(t, q, v, instants)
-    findings = list(kinematic_findings(mechanism, q, v))
-    findings.append(
-        energy_finding(mechanism, t, q, v, np.array([x.power for x in instants]), y[:, -1], laws=scene.laws)
-    )
+    with spent_on("check"):
+        findings = list(kinematic_findings(mechanism, q, v))
+        power = np.array([x.power for x in instants])
+        findings.append(energy_finding(mechanism, t, q, v, power, y[:, -1], laws=scene.laws))
     limited = saturation_finding(scene.laws, over_samples([x.forces for x in instants]))
     if limited is not None:
         findings.append(limited)
@@ -157,6 +158,7 @@ RESTART = 20
 """A mechanism with loops or gears is projected onto them after so many samples."""
 
 
+@costed
 def run(
     mechanism: Mechanism,
     scene: Scene,
@@ -175,9 +177,11 @@ def run(
     q, v = initial_state(mechanism, scene)
     motion = RoughEquations(mechanism, scene.laws)
     began = time.thread_time()
-    parts, end = _integrate(motion, samples, motion.equations.start(q, v), chosen.tolerance, progress)
+    with spent_on("integrate"):
+        parts, end = _integrate(motion, samples, motion.equations.start(q, v), chosen.tolerance, progress)
     spent = time.thread_time() - began
-    return recording_of(mechanism, scene, chosen, motion, parts, end, spent)
+    with spent_on("record"):
+        return recording_of(mechanism, scene, chosen, motion, parts, end, spent)
 
 
 def _integrate(

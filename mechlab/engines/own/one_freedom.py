@@ -15,6 +15,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
+from mechlab.clock import costed, spent_on
 from mechlab.engines.own.closed_path import choose_path
 from mechlab.engines.protocol import Engine
 from mechlab.errors import NoSolution, unknown
@@ -159,6 +160,7 @@ class OneFreedom:
         )
 
 
+@costed
 def run(
     mechanism: Mechanism,
     scene: Scene,
@@ -180,9 +182,11 @@ def run(
     model = OneFreedom(mechanism, scene.laws, q0, timestep=settings.timestep)
     first = [model.path.start.phi, float(mechanism.row(model.coordinate) @ v0), 0.0]
     state = np.concatenate([first, model.memory.initial])
-    t, y, steps, end = _integrate(model, settings, samples, state)
+    with spent_on("integrate"):
+        t, y, steps, end = _integrate(model, settings, samples, state)
     spent = time.thread_time() - began
-    return _recording(model, scene, settings, t, y, Cost(spent, steps, model.evaluations), end)
+    with spent_on("record"):
+        return _recording(model, scene, settings, t, y, Cost(spent, steps, model.evaluations), end)
 
 
 def _integrate(
@@ -238,7 +242,8 @@ def _recording(
     q = unit_quaternions(m, q)
     acting = over_samples(forces)
     channels, units = run_channels(m, q, v, a, acting)
-    findings = [*kinematic_findings(m, q, v), energy_finding(m, t, q, v, power, y[:, 2], laws=scene.laws)]
+    with spent_on("check"):
+        findings = [*kinematic_findings(m, q, v), energy_finding(m, t, q, v, power, y[:, 2], laws=scene.laws)]
     text = (
         f"along {model.coordinate}, {model.table.pieces} cells from {model.table.samples} closed poses; "
         "they are off between the nodes, relative to each column, by"

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.engines.peers.job import Job, Links, Pose, links_of, loop_points
+from mechlab.engines.peers.job import Job, Links, Pose, loop_points
 from mechlab.experiment.recording import Trace
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.inertia import Inertia
@@ -22,8 +22,16 @@ SMALLEST = 1e-14
 """Accuracy below which Drake's error estimate of one step is rounding."""
 
 
+def prepare(job: Job) -> None:
+    """The imports."""
+    import pydrake.math
+    import pydrake.multibody.plant
+    import pydrake.multibody.tree
+    import pydrake.systems.analysis  # noqa: F401
+
+
 def run(job: Job) -> Trace:
-    """The job; only the simulator's advance is timed."""
+    """The job; `cpu_s` is that of the simulator's advance."""
     from pydrake.systems.analysis import Simulator
 
     h = job.between / job.each if job.integrator == DISCRETE else 0.0
@@ -68,7 +76,7 @@ def _build(job: Job, h: float) -> tuple[Any, list[int], list[int]]:
     from pydrake.multibody import tree as t
     from pydrake.multibody.plant import DiscreteContactApproximation, MultibodyPlant
 
-    m, links = job.mechanism, links_of(job.mechanism)
+    m, links = job.mechanism, job.links
     plant = MultibodyPlant(time_step=h)
     if h:
         plant.set_discrete_contact_approximation(DiscreteContactApproximation.kSap)

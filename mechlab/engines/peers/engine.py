@@ -3,6 +3,7 @@ of its own."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from importlib.util import find_spec
 
 import numpy as np
@@ -15,15 +16,25 @@ from mechlab.experiment.laws import Law
 from mechlab.experiment.prices import OWN_EQUATIONS, Price
 from mechlab.experiment.recording import Trace
 from mechlab.experiment.scene import Scene, Settings
+from mechlab.formats.mjcf.write import to_mjcf
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import LOOP_ROWS
 
-PEERS = {"exudyn": "exudyn", "drake": "pydrake", "opensim": "opensim"}
+PEERS = {
+    "exudyn": "exudyn", "drake": "pydrake", "opensim": "opensim", "mujoco_warp": "mujoco_warp", "newton": "newton",
+}  # fmt: skip
 """Peer -> the Python module to import."""
+CAUTIONS = {
+    "mujoco_warp": "mujoco-warp computes in single precision (float32), for many worlds at once; its loops are hard (solref 2h)",
+    "newton": "Kamino (Newton, beta) computes in single precision (float32); it drops joint equalities (gears, mimic) without a word",
+}
+"""What a reader of its numbers must know of a peer."""
 LOOPS = {
     "exudyn": ("spherical", "revolute", "cylindrical", "prismatic", "fixed"),
     "drake": ("spherical", "revolute", "fixed"),
     "opensim": ("spherical", "revolute", "fixed"),
+    "mujoco_warp": ("spherical", "revolute", "fixed"),
+    "newton": ("spherical", "revolute", "fixed"),
 }
 """Kinds of loop that each peer has a counterpart for."""
 
@@ -39,19 +50,27 @@ OPEN_ONLY = {
     "exudyn": ("RK44", "RK67", "DOPRI5"),
     "drake": ("runge_kutta3", "runge_kutta5", "radau3"),
     "opensim": (),
+    "mujoco_warp": (),
+    "newton": (),
 }
 """Integrators that take no loops."""
 CONTROLLED = {
     "exudyn": ("DOPRI5",),
     "drake": ("runge_kutta3", "runge_kutta5", "radau3"),
-    "opensim": ("RungeKuttaMerson", "RungeKuttaFeldberg", "CPodes"),
+    "opensim": ("RungeKutta3", "RungeKuttaMerson", "RungeKuttaFeldberg", "CPodes"),
+    "mujoco_warp": (),
+    "newton": (),
 }
 """Integrators that choose their own steps, to a tolerance; the others take fixed ones."""
 INTEGRATORS = {
-    "exudyn": ("generalized-alpha", "trapezoidal", *OPEN_ONLY["exudyn"]),
+    "exudyn": (
+        "generalized-alpha", "generalized-alpha, full Newton", "trapezoidal", "trapezoidal, full Newton", *OPEN_ONLY["exudyn"],
+    ),
     "drake": ("SAP", *OPEN_ONLY["drake"]),
     "opensim": CONTROLLED["opensim"],
-}
+    "mujoco_warp": ("RK4", "implicitfast"),
+    "newton": ("LOX", "DVI"),
+}  # fmt: skip
 
 
 def refusal(peer: str, integrator: str, mechanism: Mechanism, scene: Scene) -> str:
@@ -81,8 +100,13 @@ def not_expressible(peer: str, integrator: str, mechanism: Mechanism, scene: Sce
             return f"the dry friction of {joint.name} is not carried over to peers"
         if joint.armature:
             return f"the armature of {joint.name} is not carried over to peers"
+    if m.relations and peer == "newton":
+        return f"Kamino drops joint equalities without a word, so that the gear relation {m.relations[0].name} would not hold"
     if m.relations:
         return f"the gear relation {m.relations[0].name} is not carried over to peers"
+    if peer == "newton":
+        for name in [s.name for s in m.springs] + [j.name for j in m.joints if j.stiffness or j.damping]:
+            return f"the spring or damper of {name} has no counterpart in Kamino"
     for shaft in m.shafts:
         if shaft.inertia or shaft.damping or shaft.friction or shaft.stiffness:
             return f"peers have no shafts without coordinates such as {shaft.name}"
@@ -115,6 +139,9 @@ def trace(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int, 
         raise MechlabError(f"{mechanism.name}: {why}.")
     value = settings.tolerance if controlled(peer, settings.integrator) else settings.timestep
     job = job_of(mechanism, scene, outputs, settings.integrator, value)
+    if peer == "mujoco_warp":
+        hard = Settings(integrator=settings.integrator, timestep=value)
+        job = replace(job, mjcf=to_mjcf(job.mechanism, hard))
     try:
         found = process(peer).ask(job, limit)
     except PeerFailed as failed:

@@ -12,27 +12,36 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.engines.peers.job import Job, Links, Pose, links_of
+from mechlab.engines.peers.job import Job, Links, Pose
 from mechlab.experiment.recording import Trace
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.parts import Loop
 
+FULL_NEWTON = ", full Newton"
+"""Ending of an integrator's name: the Jacobian is computed anew at every iteration; without it Exudyn's default, modified Newton."""
 IMPLICIT = {"generalized-alpha": 0.9, "trapezoidal": 1.0}
 """Integrator -> spectral radius at infinity. With 1 and Newmark's formulas it is the trapezoidal rule of index 2."""
 ADAPTIVE = ("DOPRI5",)
+ALIGNED = 1e-12
 _AXES = {"spherical": "111000", "revolute": "111110", "cylindrical": "110110", "prismatic": "110111", "fixed": "111111"}
 
 
+def prepare(job: Job) -> None:
+    """The imports; the module without range checks, as its authors advise."""
+    sys.exudynFast = True  # type: ignore[attr-defined]
+    import exudyn.itemInterface  # noqa: F401
+
+
 def run(job: Job) -> Trace:
-    """The job; only the solver's steps are timed."""
-    sys.exudynFast = True  # type: ignore[attr-defined]  # the module without range checks, as its authors advise
+    """The job; `cpu_s` is that of the solver's steps."""
     import exudyn as exu
 
     container, system, sensors = _build(exu, job)  # the container must outlive the run
     settings = _settings(exu, job)
     if job.integrator in ADAPTIVE:
         return _between_outputs(exu, system, settings, job)
-    solver = exu.MainSolverImplicitSecondOrder() if job.integrator in IMPLICIT else exu.MainSolverExplicit()
+    implicit = job.integrator.removesuffix(FULL_NEWTON) in IMPLICIT
+    solver = exu.MainSolverImplicitSecondOrder() if implicit else exu.MainSolverExplicit()
     solver.InitializeSolver(system, settings)
     spent, reason = _steps(solver, system, settings)
     q, v = (_stored(system, s, job) for s in sensors)
@@ -58,9 +67,11 @@ def _settings(exu: Any, job: Job) -> Any:
         return settings
     how.numberOfSteps = job.outputs * job.each
     how.automaticStepSize = how.adaptiveStep = False  # outputs must be ends of steps
-    if job.integrator in IMPLICIT:
-        how.generalizedAlpha.spectralRadius = IMPLICIT[job.integrator]
-        how.generalizedAlpha.useIndex2Constraints = how.generalizedAlpha.useNewmark = job.integrator == "trapezoidal"
+    rule = job.integrator.removesuffix(FULL_NEWTON)
+    if rule in IMPLICIT:
+        how.generalizedAlpha.spectralRadius = IMPLICIT[rule]
+        how.generalizedAlpha.useIndex2Constraints = how.generalizedAlpha.useNewmark = rule == "trapezoidal"
+        how.newton.useModifiedNewton = rule == job.integrator
     else:
         how.solverType = getattr(exu.DynamicSolverType, job.integrator)
     return settings
@@ -114,7 +125,7 @@ def _build(exu: Any, job: Job) -> tuple[Any, Any, list[Any]]:
     from exudyn import itemInterface as item
 
     m = job.mechanism
-    links = links_of(m)
+    links = job.links
     container = exu.SystemContainer()
     system = container.AddSystem()
     node = system.AddNode(
@@ -178,6 +189,11 @@ def _close(item: Any, system: Any, links: Links, tree: Any, ground: Any, loop: L
         at = pose @ Pose(placement.rotation, placement.translation)
         markers.append(_marker(item, system, tree, ground, link, at.translation))
         rotations.append(at.rotation)
+    if loop.kind == "spherical":
+        axes = world_axes(links, loop, keep)
+        if axes is not None:
+            system.AddObject(item.SphericalJoint(markerNumbers=markers, constrainedAxes=axes))
+            return
     axes = [int(c) for c in _AXES[loop.kind]]
     system.AddObject(
         item.GenericJoint(
@@ -185,6 +201,26 @@ def _close(item: Any, system: Any, links: Links, tree: Any, ground: Any, loop: L
             rotationMarker0=rotations[0], rotationMarker1=rotations[1],
         )
     )  # fmt: skip
+
+
+def world_axes(links: Links, loop: Loop, keep: tuple[bool, ...]) -> list[int] | None:
+    """constrainedAxes of Exudyn's SphericalJoint, whose rows are along the axes of the world, for a spherical loop.
+
+    They are preferred: GenericJoint's rows turn with its first body, which on the velocity level (trapezoidal) makes ten times
+    the error. None where a row that is left out does not keep the direction of a world axis.
+    """
+    link, pose = links.place[loop.body_a]
+    if all(keep):
+        return [1, 1, 1]
+    if sum(keep) != 2:
+        return None
+    axis = pose.rotation @ Pose(loop.placement_a.rotation, loop.placement_a.translation).rotation[:, keep.index(False)]
+    while link >= 0:
+        if links.links[link].kind == "revolute" and abs(abs(axis[2]) - 1.0) > ALIGNED:
+            return None
+        axis, link = links.links[link].pose.rotation @ axis, links.links[link].parent
+    along = int(np.argmax(np.abs(axis)))
+    return [int(k != along) for k in range(3)] if abs(abs(axis[along]) - 1.0) < ALIGNED else None
 
 
 def _kept(loop: Loop, axes: list[int], keep: tuple[bool, ...]) -> list[int]:

@@ -27,8 +27,9 @@ WORTH = 1e-6
 @dataclass(frozen=True)
 class Job:
     """A run: the mechanism with its assembled start q (nq,), v (nv,), constant loads (nv,) on the coordinates, `outputs` + 1
-    even times up to `duration` [s], the integrator, and its step [s] or tolerance. rows: of each loop, which of its rows
-    are independent of the others (see `independent`)."""
+    even times up to `duration` [s], the integrator, and its step [s] or tolerance. links: the tree (see `links_of`). rows:
+    of each loop, which of its rows are independent of the others (see `independent`). mjcf: the model as text, for peers
+    that read it."""
 
     mechanism: Mechanism
     q: Array
@@ -38,7 +39,9 @@ class Job:
     outputs: int
     integrator: str
     value: float
+    links: Links
     rows: dict[str, tuple[bool, ...]]
+    mjcf: str = ""
 
     @property
     def between(self) -> float:
@@ -64,7 +67,7 @@ def job_of(mechanism: Mechanism, scene: Scene, outputs: int, integrator: str, va
         ground_shapes=(),
     )
     rows = dict(_independent(mechanism, tuple(q.tolist())))
-    return Job(lean, q, v, loads, scene.duration, outputs, integrator, value, rows)
+    return Job(lean, q, v, loads, scene.duration, outputs, integrator, value, links_of(lean), rows)
 
 
 @lru_cache(maxsize=32)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.engines.peers.job import Job, Links, Pose, links_of, loop_points
+from mechlab.engines.peers.job import Job, Links, Pose, loop_points
 from mechlab.experiment.recording import Trace
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.parts import Spring
@@ -20,8 +20,13 @@ _X_TO_Z = Pose(np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]), np
 """A slider of OpenSim runs along x of its frames, a link's along z."""
 
 
+def prepare(job: Job) -> None:
+    """The imports."""
+    import opensim  # noqa: F401
+
+
 def run(job: Job) -> Trace:
-    """The job; only the manager's integration is timed."""
+    """The job; `cpu_s` is that of the manager's integration."""
     import opensim as osim
 
     osim.Logger.setLevelString("off")
@@ -53,7 +58,7 @@ def run(job: Job) -> Trace:
 
 
 def _build(osim: Any, job: Job) -> tuple[Any, list[Any]]:
-    m, links = job.mechanism, links_of(job.mechanism)
+    m, links = job.mechanism, job.links
     model = osim.Model()
     model.setName("job")
     model.setGravity(osim.Vec3(*m.gravity))

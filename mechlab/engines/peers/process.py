@@ -1,6 +1,10 @@
 """Timed runs of a peer in a process of its own, kept between runs and started again after a crash or a limit: a crash is a reason
 why a run ended, not the end of the program.
 
+The clock of a run, `Trace.total_s`, is the CPU time of that process, all its threads included, for building the engine's model,
+stepping and output. Not in it: imports and compiled kernels (`prepare` of an adapter), the start of the scene and the tree of
+links, which are handed over, and the way between the processes.
+
 Run as `python -m mechlab.engines.peers.process PEER`, this module is the other process. A message is 8 bytes of length and that
 many bytes of pickle: of (Job, limit) one way, of (Trace, "") or (None, sentence) the other.
 """
@@ -15,6 +19,8 @@ import signal
 import subprocess
 import sys
 import time
+import warnings
+from dataclasses import replace
 from importlib import import_module
 from typing import Any, BinaryIO
 
@@ -41,8 +47,9 @@ def read_message(stream: BinaryIO) -> Any:
 
 
 WALL = 6.0
-"""A run may take this many times its CPU limit in wall time (other processes share the cores), and START besides."""
-START = 30.0
+"""A run may take this many times its CPU limit in wall time (other processes share the cores), and START more."""
+START = 300.0
+"""Imports, and kernels that are compiled before the first run [s]."""
 
 
 class PeerStopped(MechlabError):
@@ -161,12 +168,16 @@ def serve(peer: str) -> None:
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, 1)
     os.dup2(nowhere, 2)
+    warnings.simplefilter("ignore")
     engine = import_module(f"mechlab.engines.peers.{peer}")
     while (message := read_message(sys.stdin.buffer)) is not None:
         job, limit = message
-        limit_cpu(limit)
         try:
-            answer: Any = (engine.run(job), "")
+            engine.prepare(job)
+            limit_cpu(limit)
+            began = time.process_time()
+            trace = engine.run(job)
+            answer: Any = (replace(trace, total_s=time.process_time() - began), "")
         except Exception as error:  # whatever a foreign engine raises is an answer
             lines = str(error).strip().splitlines() or [type(error).__name__]
             answer = (None, lines[0][:200])

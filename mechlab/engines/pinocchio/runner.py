@@ -11,6 +11,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from mechlab.clock import costed, spent_on
 from mechlab.engines.pinocchio.equations import Equations
 from mechlab.engines.pinocchio.reactions import channels
 from mechlab.engines.state import BlowUp, Instant
@@ -49,6 +50,7 @@ class _Log:
     end: BlowUp | None = None
 
 
+@costed
 def run(
     mechanism: Mechanism,
     scene: Scene,
@@ -72,9 +74,12 @@ def run(
     motion = Equations(mechanism, scene.laws, settings.timestep)
     began = time.thread_time()
     start = motion.start(q, v)
-    log = _integrate(motion, settings, samples, start, progress, ModeWatch(mechanism, scene.keep_mode))
+    watch = ModeWatch(mechanism, scene.keep_mode)
+    with spent_on("integrate"):
+        log = _integrate(motion, settings, samples, start, progress, watch)
     spent = time.thread_time() - began
-    return _recording(mechanism, scene, settings, motion, log, start, spent)
+    with spent_on("record"):
+        return _recording(mechanism, scene, settings, motion, log, start, spent)
 
 
 def _integrate(
@@ -100,7 +105,8 @@ def _integrate(
 
 
 def _sample(motion: Equations, log: _Log, t: float, y: Array, progress: Callable[[float], None] | None) -> None:
-    log.instants.append(motion.instant(t, y))
+    with spent_on("record"):
+        log.instants.append(motion.instant(t, y))
     log.t.append(float(t))
     log.y.append(y)
     if progress is not None:
@@ -159,7 +165,8 @@ def _recording(
     evaluations = motion.plant.evaluations
     if log.instants:
         found, units = channels(motion.plant, t, q, v, log.instants)
-        findings = _findings(mechanism, scene, settings, motion, log, t, y)
+        with spent_on("check"):
+            findings = _findings(mechanism, scene, settings, motion, log, t, y)
     else:
         found, units = basic_channels(mechanism, q, v)
         findings = []

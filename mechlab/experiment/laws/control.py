@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from functools import cached_property
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -13,6 +14,10 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.laws.protocol import OnOne, Plant, register
 from mechlab.experiment.motion import PrescribedMotion
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.model import Mechanism
+
+if TYPE_CHECKING:
+    from mechlab.experiment.laws.inverse import InverseDynamics
 
 
 @register("servo")
@@ -76,26 +81,29 @@ class ComputedTorque:
 
     def force(self, t: float, plant: Plant) -> Mapping[str, float]:
         """Forces of the drives from inverse dynamics."""
-        m = plant.mechanism
-        rows = np.array([m.row(name) for name, _ in self.commands])
-        forces = drive_forces(plant, rows, self.accelerations(t, plant), self.drives)
+        forces = self.inverse(plant.mechanism)(plant, self.accelerations(t, plant))
         return dict(zip(self.drives, forces.tolist(), strict=True))
+
+    def inverse(self, mechanism: Mechanism) -> InverseDynamics:
+        """The inverse dynamics of the commands by the drives; that of the last mechanism is kept."""
+        kept = self._kept.get("inverse")
+        if kept is None or kept[0] is not mechanism:
+            rows = np.array([mechanism.row(name) for name, _ in self.commands])
+            kept = self._kept["inverse"] = (mechanism, _inverse(mechanism, rows, self.drives))
+        return kept[1]
+
+    @cached_property
+    def _kept(self) -> dict[str, tuple[Mechanism, InverseDynamics]]:
+        return {}
 
 
 def drive_forces(plant: Plant, rows: Array, accelerations: Array, drives: tuple[str, ...]) -> Array:
-    """(drives,) forces that give `rows @ a = accelerations` (k, nv), (k,) under the constraints.
+    """(drives,) forces that give `rows @ a = accelerations` (k, nv), (k,) under the constraints: see
+    `mechlab.experiment.laws.inverse`."""
+    return _inverse(plant.mechanism, rows, drives)(plant, accelerations)
 
-    Solves M a + h = B^T f + J^T r together with J a + b = 0; redundant rows are met in the least-squares sense. For a
-    state that is not finite the forces are NaN, which ends the run as blown up.
-    """
-    m = plant.mechanism
-    jacobian, bias = plant.jacobian(), plant.constraint_bias()
-    if not (np.isfinite(accelerations).all() and np.isfinite(jacobian).all() and np.isfinite(bias).all()):
-        return np.full(len(drives), np.nan)
-    a = np.linalg.lstsq(np.vstack([jacobian, rows]), np.concatenate([-bias, accelerations]), rcond=1e-11)[0]
-    needed = plant.mass_matrix() @ a + plant.bias()
-    if not np.isfinite(needed).all():
-        return np.full(len(drives), np.nan)
-    actuation = np.array([m.row(name) for name in drives])
-    solution = np.linalg.lstsq(np.vstack([actuation, jacobian]).T, needed, rcond=1e-11)[0]
-    return np.asarray(solution[: len(drives)])
+
+def _inverse(mechanism: Mechanism, rows: Array, drives: tuple[str, ...]) -> InverseDynamics:
+    from mechlab.experiment.laws.inverse import InverseDynamics  # loads scipy.linalg, which other laws do not need
+
+    return InverseDynamics(mechanism, rows, drives)

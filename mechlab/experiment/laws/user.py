@@ -54,8 +54,14 @@ def laws_of(laws: Laws) -> tuple[Law, ...]:
     if not isinstance(laws, Sequence) or isinstance(laws, str):  # type: ignore[unreachable]
         raise MechlabError(f"laws: expected a list such as [ml.Motor(...)], or {{joint: function}}, got {laws!r}.")
     for law in laws:
-        if isinstance(law, type) or not (callable(getattr(law, "force", None)) and callable(getattr(law, "targets", None))):
-            what = "a function needs its joint: laws={joint: function}" if callable(law) else "expected laws such as ml.Motor(...)"
+        if isinstance(law, type) or not (
+            callable(getattr(law, "force", None)) and callable(getattr(law, "targets", None))
+        ):
+            what = (
+                "a function needs its joint: laws={joint: function}"
+                if callable(law)
+                else "expected laws such as ml.Motor(...)"
+            )
             raise MechlabError(f"laws: {what}, got {law!r}.")
     return tuple(_in_numbers(law) for law in laws)
 

@@ -63,6 +63,7 @@ class SolvedMotion:
 def with_check(asked: SolveTask, solved: SolvedMotion) -> Solution:
     """The solution: a motion, checked by an engine over as much of the scene as the work done so far allows."""
     a, x, unit = asked, solved, asked.measure.unit
+    run_s = a.counter.cpu_s
     checked = a.checker.check(a.measure, x.tracked, a.counter)
     spent, size = a.counter.cpu_s, float(abs(x.tracked).max(initial=1.0))
     part, cause = (f"rounding {x.rounding:.1g}", LIMITED_BY_ROUNDING) if a.max_error < ROUNDING_COUNTS else ("", "")
@@ -74,7 +75,7 @@ def with_check(asked: SolveTask, solved: SolvedMotion) -> Solution:
     neighbour = NeighbourMotion(x.share, settings, x.states.q, x.states.v, x.motion.cruder())
     return Solution(
         a.t, x.states.q, x.states.v, x.error, a.max_error, unit, x.method, x.step, x.control, spent, x.evaluations,
-        ok, sentence, settings, checked, x.motion, neighbours=(neighbour,),
+        ok, sentence, settings, checked, x.motion, neighbours=(neighbour,), run_s=run_s,
     )  # fmt: skip
 
 

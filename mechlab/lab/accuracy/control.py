@@ -8,11 +8,13 @@ from __future__ import annotations
 import platform
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 import scipy
 from scipy.interpolate import BPoly
 
+from mechlab.clock import move_cost, spent_on
 from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
 from mechlab.experiment.energy import dissipation, energy_finding
@@ -30,6 +32,7 @@ from mechlab.lab.design import Design
 from mechlab.lab.methods import Problem
 from mechlab.lab.problem_settings import other_softness
 from mechlab.mechanism import Mechanism
+from mechlab.mechanism.batch_dynamics import BatchDynamics
 from mechlab.mechanism.geometry import Array
 
 OUTPUTS = 400
@@ -57,7 +60,9 @@ def run_to_error(design: Design, scene: Scene, max_error: float, at: Sequence[fl
     It is made from the states whose error was estimated where those are all that the scene needs; otherwise an engine runs the
     scene with the accepted settings, and its difference from those states counts as error too.
     """
-    result = solve_to(design, scene, max_error, OUTPUTS)
+    with spent_on("probe"):
+        result = solve_to(design, scene, max_error, OUTPUTS)
+    move_cost("probe", "integrate", result.run_s)
     m = design.mechanism(scene.fidelity)
     remembers = any(tuple(getattr(law, "start", tuple)()) for law in scene.laws)
     suffice = set(scene.needs) <= STATES_SUFFICE and not remembers and result.settings.engine in ("mujoco", "pinocchio")
@@ -65,12 +70,13 @@ def run_to_error(design: Design, scene: Scene, max_error: float, at: Sequence[fl
         return ControlledRun(recording_of(m, scene, result, at), _of_states(m, scene, result, at))
     times = np.union1d(result.t, np.asarray(at, dtype=float)).tolist()
     made = _run(design, scene, result.settings, times)
-    difference = _difference(design, scene, result, made)
-    more = 1.0 + difference / result.estimate if result.estimate > 0.0 else 1.0
-    others = _compared(result, lambda n: _run(design, _captured(scene, n), n.settings, times), more)
-    other = other_softness(m, result.settings)
-    if others and other is not None:
-        others += ((_run(design, scene, other, times), 1.0),)
+    with spent_on("probe"):
+        difference = _difference(design, scene, result, made)
+        more = 1.0 + difference / result.estimate if result.estimate > 0.0 else 1.0
+        others = _compared(result, lambda n: _run(design, _captured(scene, n), n.settings, times), more)
+        other = other_softness(m, result.settings)
+        if others and other is not None:
+            others += ((_run(design, scene, other, times), 1.0),)
     return ControlledRun(with_estimate(made, result, difference), others)
 
 
@@ -80,7 +86,8 @@ def _of_states(m: Mechanism, scene: Scene, result: Solution, at: Sequence[float]
     def make(n: NeighbourMotion) -> Recording:
         return motion_of(m, _captured(scene, n), replace(result, motion=n.motion, q=n.q, v=n.v), at)
 
-    others = _compared(result, make)
+    with spent_on("probe"):
+        others = _compared(result, make)
     if others and result.motion is None and np.setdiff1d(at, result.t).size:
         others += ((motion_of(m, scene, result, at, every=2), BETWEEN),)
     return others
@@ -132,14 +139,15 @@ def motion_of(mechanism: Mechanism, scene: Scene, result: Solution, at: Sequence
         states = result.motion.states(t, accelerations=True)
         assert states.a is not None
         q, v, a = states.q, states.v, states.a
+        forces = _forces(mechanism, scene, t, q, v)[1]
     else:
-        q, v, a = _interpolated(mechanism, scene, result, t, every)
-    plant = TreePlant(mechanism)
-    forces = []
-    for k in range(len(t)):
-        plant.set(q[k], v[k], float(t[k]))
-        forces.append(applied_force(mechanism, scene.laws, float(t[k]), plant)[1] if scene.laws else {})
-    channels, units = run_channels(mechanism, q, v, a, over_samples(forces))
+        pushes, forces = _forces(mechanism, scene, result.t, result.q, result.v)
+        q, v, a = result.q, result.v, _accelerations(mechanism, result.q, result.v, pushes)
+        if len(t) > len(q) or every > 1:
+            spline = BPoly.from_derivatives(result.t[::every], np.stack([q, v, a], axis=1)[::every])
+            q, v, a = spline(t), spline.derivative()(t), spline.derivative(2)(t)
+            forces = _forces(mechanism, scene, t, q, v)[1]
+    channels, units = run_channels(mechanism, q, v, a, forces)
     return Recording(
         mechanism, t, q, v, channels, units, settings=result.settings, scene=scene.name, name=mechanism.name,
         fidelity=scene.fidelity,
@@ -148,7 +156,14 @@ def motion_of(mechanism: Mechanism, scene: Scene, result: Solution, at: Sequence
 
 def recording_of(mechanism: Mechanism, scene: Scene, result: Solution, at: Sequence[float]) -> Recording:
     """`motion_of`, with its health, cost and versions."""
-    made = motion_of(mechanism, scene, result, at)
+    with spent_on("record"):
+        made = motion_of(mechanism, scene, result, at)
+    with spent_on("check"):
+        return _with_health(made, scene, result)
+
+
+def _with_health(made: Recording, scene: Scene, result: Solution) -> Recording:
+    mechanism = made.mechanism
     t, q, v, channels = made.t, made.q, made.v, made.channels
     power, done = np.zeros(len(t)), np.zeros(len(t))
     for name in mechanism.scalar_names:
@@ -169,26 +184,26 @@ def recording_of(mechanism: Mechanism, scene: Scene, result: Solution, at: Seque
     return replace(made, health=Health(tuple(found)), cost=cost, versions=versions)
 
 
-def _interpolated(
-    mechanism: Mechanism, scene: Scene, result: Solution, t: Array, every: int
-) -> tuple[Array, Array, Array]:
-    """States at times t: those of the result at output times; between them the quintic through positions, rates and
-    accelerations at each `every`-th output time."""
-    known = _accelerations(mechanism, scene, result)
-    if len(t) == len(result.t) and every == 1:
-        return result.q, result.v, known
-    nodes = np.stack([result.q, result.v, known], axis=1)
-    spline = BPoly.from_derivatives(result.t[::every], nodes[::every])
-    return spline(t), spline.derivative()(t), spline.derivative(2)(t)
+def _forces(m: Mechanism, scene: Scene, t: Array, q: Array, v: Array) -> tuple[Array, dict[str, Array]]:
+    """Of the laws, at states q (n, nq), v (n, nv) at times t (n,): generalised forces (n, nv), and joint or shaft -> (n,) force."""
+    if not scene.laws:
+        return np.zeros_like(v), {}
+    plant = TreePlant(m)
+    made = [applied_force(m, scene.laws, x, plant.set(q[k], v[k], x)) for k, x in enumerate(t.tolist())]
+    return np.array([x for x, _ in made]), over_samples([x for _, x in made])
 
 
-def _accelerations(m: Mechanism, scene: Scene, result: Solution) -> Array:
-    """(n, nv) at the output times: rigid dynamics under the laws, without dry friction."""
-    plant, out = TreePlant(m), []
-    for t, q, v in zip(result.t, result.q, result.v, strict=True):
-        plant.set(q, v, float(t))
-        out.append(plant.accelerations(applied_force(m, scene.laws, float(t), plant)[0]))
-    return np.array(out)
+def _accelerations(m: Mechanism, q: Array, v: Array, forces: Array) -> Array:
+    """(n, nv) at states q (n, nq), v (n, nv): rigid dynamics under the forces (n, nv), without dry friction."""
+    if all(j.nv == 1 for j in m.joints):
+        return _dynamics(m).accelerations(q, v, forces)
+    plant = TreePlant(m)
+    return np.array([plant.set(*state).accelerations(force) for *state, force in zip(q, v, forces, strict=True)])
+
+
+@lru_cache(maxsize=8)
+def _dynamics(m: Mechanism) -> BatchDynamics:
+    return BatchDynamics(m)
 
 
 def with_estimate(recording: Recording, result: Solution, difference: float) -> Recording:

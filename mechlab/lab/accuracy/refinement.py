@@ -65,6 +65,11 @@ class RefinedMethod:
         return self.tables[-1][-1]
 
     @property
+    def run_s(self) -> float:
+        """CPU time [s] of the last run, with those that it is extrapolated from."""
+        return sum(x.cpu_s for x in self.traces) if self.rule.extrapolated else self.traces[-1].cpu_s
+
+    @property
     def settings(self) -> Settings:
         """Settings of the last run."""
         return self.method.settings(self.values[-1])

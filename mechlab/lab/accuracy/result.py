@@ -51,7 +51,7 @@ class Solution:
     step: a step [s], a tolerance, the nodes of a cell, or 0 for a closed form; `control` says which. cpu_s: all CPU
     time, with trials and check, without imports and building of models. reached: whether the estimate meets
     `max_error`. sentence: what was chosen and why, or why the error cannot be reached. neighbours: from which the
-    errors of all channels follow; none where there was a single run.
+    errors of all channels follow; none where there was a single run. run_s: CPU time of the accepted motion alone.
     """
 
     t: Array
@@ -72,6 +72,7 @@ class Solution:
     motion: ContinuousMotion | None = None
     extrapolated: bool = False
     neighbours: tuple[NeighbourMotion, ...] = ()
+    run_s: float = 0.0
 
     @property
     def accelerations(self) -> Array | None:

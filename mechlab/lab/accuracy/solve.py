@@ -155,7 +155,7 @@ def solve_by_refinement(
     return Solution(
         t, q, v, total, max_error, measure.unit, best.rule.name, best.values[-1], best.rule.control, counter.cpu_s,
         best.traces[-1].steps, ok, sentence, replace(best.settings, preset="max_error"), checked,
-        extrapolated=best.rule.extrapolated, neighbours=tuple(best.neighbours(rounding)),
+        extrapolated=best.rule.extrapolated, neighbours=tuple(best.neighbours(rounding)), run_s=best.run_s,
     )  # fmt: skip
 
 

@@ -45,7 +45,8 @@ class ChartPoint:
     """One method at one step [s], or at one tolerance where `control` is "tolerance".
 
     error: largest deviation of a tracked quantity [m or rad]; e_g, energy [J], gap [m]: see `score.Score`; default: an
-    engine's default settings; evaluations: of the equations of motion, 0 where they are not counted.
+    engine's default settings; evaluations: of the equations of motion, 0 where they are not counted. cpu_s: of stepping;
+    total_s: of a peer's run, its model building and output included.
     """
 
     method: str
@@ -60,6 +61,7 @@ class ChartPoint:
     reason: str = ""
     default: bool = False
     evaluations: int = 0
+    total_s: float = math.nan
 
     @classmethod
     def without_numbers(
@@ -77,6 +79,7 @@ class ChartPoint:
     def to_dict(self) -> dict[str, Any]:
         """JSON-able form; a number that is missing is null."""
         numbers = {"cpu_s": self.cpu_s, "error": self.error, "e_G": self.e_g, "energy": self.energy, "gap": self.gap}
+        numbers |= {} if math.isnan(self.total_s) else {"total_s": self.total_s}
         shown = {k: x if math.isfinite(x) else None for k, x in numbers.items()}
         head = {"method": self.method, "step": self.step, "control": self.control, **shown}
         end = {"status": self.status, "reason": self.reason, "default": self.default}
@@ -163,7 +166,9 @@ def pareto(points: Sequence[ChartPoint]) -> tuple[ChartPoint, ...]:
 class PeerRow:
     """One target [m or rad]: our run and the fastest peer that meets the target.
 
-    When no peer meets it, `peer` is empty and `peer_error` is the least error of all peers. Missing numbers are nan.
+    ours_cpu_s: all CPU time from the call to the returned recording, no model kept from before; peer_cpu_s: that of building the
+    peer's model, stepping and output. Neither has imports in it. When no peer meets the target, `peer` is empty and `peer_error` is
+    the least error of all peers. Missing numbers are nan.
     """
 
     target: float
@@ -195,7 +200,7 @@ class PeerTable(Shown):
     """Comparison with other engines on a scene: a row for each target, all points of the peers, and peer -> why it was
     not run.
 
-    costly: CPU time [s] of one run at which the search for a peer's best setting ends.
+    costly: CPU time [s] of one run at which the search for a peer's best setting ends. notes: what a reader must know of a peer.
     """
 
     rows: tuple[PeerRow, ...]
@@ -204,8 +209,12 @@ class PeerTable(Shown):
     versions: dict[str, str]
     unit: str
     costly: float
+    notes: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-able form."""
         rows = [r.to_dict() for r in self.rows]
-        return {"peers": rows, "peers_refined_to_cpu_s": self.costly, "peer_versions": dict(self.versions)}
+        return {
+            "peers": rows, "peers_refined_to_cpu_s": self.costly, "peer_versions": dict(self.versions),
+            "peer_notes": list(self.notes),
+        }  # fmt: skip

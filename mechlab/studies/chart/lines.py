@@ -46,6 +46,13 @@ OTHERS: dict[str, tuple[str, str]] = {
     "OpenSim Runge-Kutta-Merson": ("#a21caf", "p"),
     "OpenSim Runge-Kutta-Fehlberg": ("#e879f9", "p"),
     "OpenSim CPodes": ("#701a75", "p"),
+    "OpenSim Runge-Kutta 3": ("#c026d3", "p"),
+    "Exudyn generalized-alpha, full Newton": ("#7c2d12", "<"),
+    "Exudyn trapezoidal, full Newton": ("#fbbf24", "<"),
+    "mujoco-warp RK4": ("#4d7c0f", "d"),
+    "mujoco-warp implicitfast": ("#a3e635", "d"),
+    "Kamino LOX": ("#475569", "H"),
+    "Kamino DVI": ("#94a3b8", "H"),
 }
 
 

@@ -115,7 +115,10 @@ def _(peers: PeerTable) -> str:
     with_versions = ", ".join(f"{n} {v}" for n, v in peers.versions.items()) or "none installed"
     return "\n".join(
         [
-            f"--max-error (its own probing included) against the fastest peer at its best setting ({with_versions}):",
+            f"--max-error against the fastest peer at its best setting ({with_versions}):",
             table(heads, rows),
+            "CPU time of whole runs without imports. --max-error: from the call to the recording, with probing, checks and channels, "
+            "and no model kept from before. Peers: model building, stepping and output; their best setting is given to them.",
+            *peers.notes,
         ]
     )

@@ -13,6 +13,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mechlab.clock import costed, spent_on
 from mechlab.engines.mujoco.as_is.contacts import ContactWatch
 from mechlab.engines.mujoco.as_is.controls import FileControls
 from mechlab.engines.mujoco.as_is.findings import gave_up, health, start_finding
@@ -97,12 +98,13 @@ def no_file(mechanism: Mechanism, scene: Scene) -> MechlabError:
     )
 
 
+@costed
 def _run(file: ModelFile, scene: Scene, settings: Settings, steps: Grid, metered: bool) -> Recording:
     model = run_model(file, settings)
     states = FileCoordinates(file, model)
     controls = FileControls(file, model, scene.controls)
     step = controls.step if controls else None
-    with quiet():
+    with quiet(), spent_on("record"):
         begin = start(model, states, scene)
         data = begin.data
         controls.put(data, 0.0)
@@ -113,7 +115,8 @@ def _run(file: ModelFile, scene: Scene, settings: Settings, steps: Grid, metered
                 end = advance(model, data, states, steps, seen.take, meter.step if metered else step)
         except mujoco.FatalError as error:
             raise MechlabError(f"{file.name}: {gave_up(error, data.time)}") from None
-    return _recording(file, scene, settings, model, begin, seen, end, metered)
+    with spent_on("record"):
+        return _recording(file, scene, settings, model, begin, seen, end, metered)
 
 
 def _recording(
@@ -135,17 +138,10 @@ def _recording(
     )
     others, other_units = seen.contacts.channels()
     more, more_units = seen.actuators.channels()
-    findings = health(
-        mechanism,
-        settings,
-        scene.duration,
-        model,
-        begin.data,
-        blow_up,
-        np.array(seen.energies[: None if metered else 1]),
-        seen.contacts,
-    )
-    outside = start_finding(qpos[0], model)
+    energies = np.array(seen.energies[: None if metered else 1])
+    with spent_on("check"):
+        findings = health(mechanism, settings, scene.duration, model, begin.data, blow_up, energies, seen.contacts)
+        outside = start_finding(qpos[0], model)
     per_step = 4 if settings.integrator == "RK4" else 1
     return Recording(
         mechanism=mechanism, t=np.array(seen.t), q=q, v=v, channels=channels | more | others, units=units | more_units | other_units,

@@ -1,0 +1,99 @@
+"""CPU seconds of verbs as a user starts them: user and system time of the whole process, beside the seconds asked for.
+
+    python -m tests.benchmarks.bench_verbs [VERB ...]
+
+Byte code is compiled first, as an installed package has it. Short verbs are started three times, the least counts; a bare
+`import numpy` stands beside them. Numbers of a loaded machine are higher by up to a half. VERB: only commands that begin so.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import mechlab
+
+SHORT = 1.0
+"""A verb that takes less than this [s] is started three times."""
+
+
+@dataclass(frozen=True)
+class VerbRow:
+    """A command and the CPU seconds it took, beside those asked for (0: nothing is asked)."""
+
+    verb: str
+    seconds: float
+    asked: float
+
+    @property
+    def ratio(self) -> float:
+        """Seconds over those asked for."""
+        return self.seconds / self.asked if self.asked else float("nan")
+
+
+ASKED: Mapping[str, float] = {
+    "import mechlab": 0.05,
+    "--help": 0.1,
+    "list": 0.2,
+    "show fourbar": 0.2,
+    "show delta6": 0.2,
+    "solve fourbar crank_angle=1.2": 0.5,
+    "generate fourbar -o {out}": 0.0,
+    "run delta6 -o {out}": 6.0,
+    "check": 60.0,
+    "claims": 15.0,
+    "chart pendulum -o {out}.svg": 15.0,
+    "chart n_fourbar -o {out}.svg": 15.0,
+    "chart andrews -o {out}.svg": 15.0,
+    "chart bricard -o {out}.svg": 15.0,
+    "chart flyball -o {out}.svg": 15.0,
+    "chart slider_crank -o {out}.svg": 15.0,
+}
+"""Command -> CPU seconds that it may take."""
+BARE = "import numpy"
+
+
+def seconds_of(arguments: Sequence[str], environment: Mapping[str, str]) -> float:
+    """User and system seconds of a Python process; a check that fails (exit 3) is an answer too."""
+    process = subprocess.Popen(
+        [sys.executable, *arguments], env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    _, status, used = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode not in (0, 3):
+        raise RuntimeError(f"{' '.join(arguments)}: exit code {process.returncode}")
+    return used.ru_utime + used.ru_stime
+
+
+def rows(wanted: Sequence[str] = ()) -> Iterator[VerbRow]:
+    """The rows of the table, one after the other; `wanted`: only commands that begin with one of these."""
+    with tempfile.TemporaryDirectory() as folder:
+        kept = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
+        environment = kept | {"PYTHONPYCACHEPREFIX": f"{folder}/code"}
+        package = Path(mechlab.__file__).parent
+        subprocess.run([sys.executable, "-m", "compileall", "-q", str(package)], env=environment, check=True)
+        for number, (verb, asked) in enumerate([(BARE, 0.0), *ASKED.items()]):
+            if wanted and not verb.startswith(tuple(wanted)):
+                continue
+            words = [w.format(out=f"{folder}/{number}") for w in verb.split()]
+            arguments = ["-c", verb] if words[0] == "import" else ["-m", "mechlab", *words]
+            seconds = seconds_of(arguments, environment)
+            again = [seconds_of(arguments, environment) for _ in range(2)] if seconds < SHORT else []
+            yield VerbRow(verb.format(out="OUT"), min(seconds, *again) if again else seconds, asked)
+
+
+def main() -> None:
+    """Print the table."""
+    print(f"{'verb':34}{'CPU s':>8}{'asked':>8}{'ratio':>8}")
+    for row in rows(sys.argv[1:]):
+        asked, ratio = (f"{row.asked:8.2f}", f"{row.ratio:8.2f}") if row.asked else (f"{'-':>8}", f"{'-':>8}")
+        print(f"{row.verb:34}{row.seconds:8.2f}{asked}{ratio}", flush=True)
+
+
+if __name__ == "__main__":
+    main()
