@@ -112,6 +112,8 @@ class Reactions:
             centre = data.subtree_com[self.model.body_rootid[body]]
             return wrench[3:], wrench[:3] + cross(centre - here, wrench[3:])
         rows = [-force[: data.ne][ids == k] for k in reader.equalities]
+        # MuJoCo leaves out a connect whose rows are all zero (a point that no joint moves): it carries nothing
+        rows = [r if r.size else np.zeros(3) for r in rows]
         if reader.lever is not None:
             arm = data.site_xpos[reader.lever[1]] - here
             return rows[0] + rows[1], cross(arm, rows[1])

@@ -120,11 +120,12 @@ def to_mjcf(
 
 
 def _option(root: ET.Element, m: Mechanism, s: Settings) -> None:
-    """The <option> element. jacobian="dense", because the sparse factorisation of MuJoCo 4.0.0 returns wrong
-    accelerations (its issue 3767)."""
+    """The <option> element. jacobian="dense", because the sparse factorisation of MuJoCo 4.0.0 returns wrong accelerations (its issue
+    3767). diagexact where a loop joins bodies that only turn about their centres of mass: see `loops.joins_still_masses`."""
     integrator = s.integrator if s.integrator in MUJOCO_INTEGRATORS else "RK4"
     option = add(root, "option", timestep=s.timestep, gravity=m.gravity, integrator=integrator, jacobian="dense")
-    add(option, "flag", clampctrl=None if drives.clamps(m) else "disable", autoreset="disable")
+    exact = "enable" if loops.joins_still_masses(m) else None
+    add(option, "flag", clampctrl=None if drives.clamps(m) else "disable", autoreset="disable", diagexact=exact)
 
 
 def _defaults(root: ET.Element, contacts: bool) -> None:

@@ -161,6 +161,33 @@ def own_share(m: Mechanism, plan: tuple[ConnectorBody, ...], body: str) -> Inert
     return scaled(whole, 1.0 / (1 + count)) if count else whole
 
 
+STILL = 1e-3
+"""A centre of mass is taken to stand still where all joints move it by less than this, relative to the size of the mechanism."""
+
+
+def joins_still_masses(m: Mechanism) -> bool:
+    """Whether a pinned loop joins bodies whose centres of mass no joint moves, in the reference pose, as the cross of a cardan joint.
+
+    MuJoCo scales the softness of a pin by how easily forces move the two centres of mass, in that pose. Where they do not, it becomes 0:
+    the row is stiffer than numbers can be, and the run breaks. The flag diagexact scales by the row itself.
+    """
+    pinned = [x for x in m.loops if x.kind in ("spherical", "revolute")]
+    if not pinned:
+        return False
+    tree, size = TreeKinematics(m), spread(m)
+
+    def still(body: str) -> bool:
+        if body == GROUND:
+            return True
+        rotation, origin = tree.pose(body)
+        centre = origin + rotation @ np.array(m.body(body).inertia.com)
+        way = tree.jacobian(body, centre)[:3]
+        slides = [m.v_slice[j.name].start for j in m.joints if j.kind == "prismatic"]
+        return bool(np.all(np.delete(np.linalg.norm(way, axis=0), slides) < STILL * size) and not np.any(way[:, slides]))
+
+    return any(still(x.body_a) and still(x.body_b) for x in pinned)
+
+
 def spread(m: Mechanism) -> float:
     """Characteristic length [m] of a mechanism: half its largest extent in the reference pose, two digits."""
     tree = TreeKinematics(m)
