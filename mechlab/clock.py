@@ -82,8 +82,11 @@ def spent_on(part: str) -> Iterator[None]:
 
 
 def move_cost(source: str, target: str, seconds: float) -> None:
-    """Count `seconds` that were spent on the part `source` as `target`: of several trials one turned out to be the run itself."""
+    """Count `seconds` that were spent on the part `source` as `target`: what was timed inside of it, or the one of several trials
+    that is the run itself. Nothing moves within a probe."""
     clock = _mine
+    if clock.part == "probe":
+        return
     clock.turn(clock.part)
     clock.spent[source] -= seconds
     clock.spent[target] += seconds

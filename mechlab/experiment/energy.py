@@ -12,10 +12,9 @@ from mechlab.experiment.acting import held_drives
 from mechlab.experiment.laws import Law, Servo
 from mechlab.experiment.recording import Finding, limit_finding
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.kinematics import TreeKinematics
+from mechlab.mechanism.many_poses import ManyPoses
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Joint, Shaft
-from mechlab.mechanism.statics import spring_stretch
 
 ENERGY_LIMIT = 1e-2
 ENERGY_WARNING = 1e-3
@@ -30,41 +29,50 @@ CREEP = 1e-7
 def kinetic_energy(mechanism: Mechanism, q: Array, v: Array) -> Array:
     """(n,) kinetic energy [J] along q (n, nq), v (n, nv): bodies, armatures and shafts."""
     q, v = np.atleast_2d(q), np.atleast_2d(v)
-    tree = TreeKinematics(mechanism)
-    massive = [(b.name, b.inertia.mass, np.array(b.inertia.com), b.inertia.matrix()) for b in mechanism.bodies]
-    massive = [x for x in massive if x[1] > 0.0]
+    return _kinetic(ManyPoses(mechanism).set(q), v)
+
+
+def _kinetic(poses: ManyPoses, v: Array) -> Array:
+    mechanism = poses.mechanism
     diagonal = np.array([j.armature for j in mechanism.joints for _ in range(j.nv)])
     out = 0.5 * (v**2 @ diagonal)
     for shaft in mechanism.shafts:
         out = out + 0.5 * shaft.inertia * (v @ mechanism.row(shaft.name)) ** 2
-    for k in range(len(q)):
-        tree.set(q[k], v[k])
-        for name, mass, com, tensor in massive:
-            rotation, origin = tree.pose(name)
-            twist = tree.velocity(name, origin + rotation @ com)
-            spin = rotation.T @ twist[3:]
-            out[k] += 0.5 * (mass * (twist[:3] @ twist[:3]) + spin @ tensor @ spin)
-    return np.asarray(out)
+    massive, masses, centres = _massive(poses)
+    if not len(massive):
+        return np.asarray(out)
+    linear, angular = (x[:, massive] for x in poses.twists(v))
+    velocity = linear + np.cross(angular, centres)
+    spin = (angular[:, :, None] @ poses.rotations[:, massive])[:, :, 0]
+    tensors = np.array([mechanism.bodies[i].inertia.matrix() for i in massive])
+    turning = ((spin[:, :, None] @ tensors)[:, :, 0] * spin).sum(axis=(1, 2))
+    return np.asarray(out + 0.5 * ((velocity**2).sum(axis=2) @ masses + turning))
+
+
+def _massive(poses: ManyPoses) -> tuple[list[int], Array, Array]:
+    """Indices (k,) of the bodies that have a mass, their masses (k,) and centres (n, k, 3) in the world."""
+    bodies = poses.mechanism.bodies
+    found = [i for i, b in enumerate(bodies) if b.inertia.mass > 0.0]
+    local = np.array([bodies[i].inertia.com for i in found]).reshape(-1, 3, 1)
+    centres = poses.origins[:, found] + (poses.rotations[:, found] @ local)[..., 0]
+    return found, np.array([bodies[i].inertia.mass for i in found]), centres
 
 
 def potential_energy(mechanism: Mechanism, q: Array) -> Array:
     """(n,) potential energy [J] along q (n, nq): gravity, springs of joints and shafts, springs between points."""
-    q = np.atleast_2d(q)
-    tree = TreeKinematics(mechanism)
-    gravity = np.array(mechanism.gravity)
-    out = np.zeros(len(q))
+    return _potential(ManyPoses(mechanism).set(np.atleast_2d(q)))
+
+
+def _potential(poses: ManyPoses) -> Array:
+    mechanism, q = poses.mechanism, poses.q
+    _, masses, centres = _massive(poses)
+    out = np.asarray(-(centres @ np.array(mechanism.gravity)) @ masses)
     for item in _scalars(mechanism):
         if item.stiffness:
             out += 0.5 * item.stiffness * (mechanism.value(item.name, q) - item.spring_rest) ** 2
-    for k in range(len(q)):
-        tree.set(q[k])
-        for body in mechanism.bodies:
-            if body.inertia.mass:
-                rotation, origin = tree.pose(body.name)
-                out[k] -= body.inertia.mass * (gravity @ (origin + rotation @ np.array(body.inertia.com)))
-        for spring in mechanism.springs:
-            length = spring_stretch(tree, spring)[2]
-            out[k] += 0.5 * spring.stiffness * (length - spring.rest_length) ** 2
+    still = np.zeros((len(q), mechanism.nv))
+    for spring in mechanism.springs:
+        out += 0.5 * spring.stiffness * (poses.spring(spring, still)[0] - spring.rest_length) ** 2
     return out
 
 
@@ -100,10 +108,8 @@ def dissipation(mechanism: Mechanism, q: Array, v: Array) -> Array:
             out = out + item.damping * rate**2
     damped = [s for s in mechanism.springs if s.damping]
     if damped:
-        tree = TreeKinematics(mechanism)
-        for k in range(len(q)):
-            tree.set(q[k], v[k])
-            out[k] += sum(s.damping * spring_stretch(tree, s)[3] ** 2 for s in damped)
+        poses = ManyPoses(mechanism).set(q)
+        out = out + sum(s.damping * poses.spring(s, v)[1] ** 2 for s in damped)
     return np.asarray(out)
 
 
@@ -144,7 +150,8 @@ def energy_finding(
     stopped (n - 1,): the intervals between samples in which a joint was at an end of its range. A stop can only take
     energy: energy lost in these intervals is accounted for; energy gained there, and any change elsewhere, is not.
     """
-    kinetic, potential = kinetic_energy(mechanism, q, v), potential_energy(mechanism, q)
+    poses = ManyPoses(mechanism).set(q)
+    kinetic, potential = _kinetic(poses, v), _potential(poses)
     stored, storing = held_energy(mechanism, laws, q, v)
     potential, power = potential + stored, power + storing
     if done is not None:

@@ -18,11 +18,14 @@ from mechlab.experiment.recording import Finding, limit_finding
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
+from mechlab.mechanism.many_poses import ManyPoses
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.structure import independent_rows, structure
 
 GAP_LIMIT = 1e-4
 MODE_SAMPLES = 200
+MODE_POSES = 2000
+"""Poses whose assembly mode is told at once."""
 RESTART_JUMP = 0.5
 """Share of the largest distance from the reference so far: a step back of more than that may be a restart."""
 
@@ -47,8 +50,8 @@ def kinematic_findings(
     q = q[np.all(np.isfinite(q), axis=1)]
     if not len(q):
         return tuple(out)
-    tree, constraints = TreeKinematics(mechanism), ConstraintSet(mechanism)
-    residual = np.array([constraints.residual(tree.set(x)) for x in q]).reshape(len(q), len(constraints))
+    constraints = ConstraintSet(mechanism)
+    residual, jacobian = ManyPoses(mechanism).set(q).residual_and_jacobian()
     offset, angle, relation = _row_kinds(mechanism, constraints)
     for name, rows, unit, what in (
         ("loop_gap", offset, "m", "the loops open by up to"),
@@ -62,17 +65,19 @@ def kinematic_findings(
             out.append(limit_finding(name, worst, bound, unit, f"{what} (at {culprit})", 0.1 * bound))
     if len(constraints):
         watched = keep_mode or held or [d.on for d in mechanism.drives]
-        out.append(mode_finding(mechanism, q, watched, strict=bool(keep_mode)))
+        out.append(mode_finding(mechanism, jacobian, watched, strict=bool(keep_mode)))
     return tuple(out)
 
 
-def mode_finding(mechanism: Mechanism, q: Array, held: Sequence[str], strict: bool = False) -> Finding:
-    """Finding "assembly_mode": how often the assembly mode for the held joints changed along q (n, nq).
+def mode_finding(mechanism: Mechanism, jacobian: Array, held: Sequence[str], strict: bool = False) -> Finding:
+    """Finding "assembly_mode": how often the assembly mode for the held joints changed along a run with the constraint Jacobians
+    (n, rows, nv).
 
     A change is a warning, as a free motion may pass through a toggle position; an error when `strict`. About
     MODE_SAMPLES samples are examined; all when `strict`.
     """
-    signs = mode_signs(mechanism, q if strict else q[:: max(1, len(q) // MODE_SAMPLES)], held)
+    some = jacobian if strict else jacobian[:: max(1, len(jacobian) // MODE_SAMPLES)]
+    signs = _Modes(mechanism, held).signs(some)
     known = signs[signs != 0]
     if not len(known):
         text = "the assembly mode cannot be told: the drives do not fix the mechanism"
@@ -97,35 +102,41 @@ class ModeWatch:
         self.mechanism, self.held = mechanism, tuple(held)
         self._first = 0.0
         self._modes = _Modes(mechanism, self.held) if self.held else None
+        self._tree, self._constraints = TreeKinematics(mechanism), ConstraintSet(mechanism)
+
+    @property
+    def watches(self) -> bool:
+        """Whether there are held joints, so that `changed` may be True."""
+        return self._modes is not None
 
     def changed(self, q: Array) -> bool:
         """True when the mode at q (nq,) differs from that of the first call; always False without held joints."""
         if self._modes is None or not np.all(np.isfinite(q)):
             return False
-        sign = self._modes.sign(q)
+        sign = float(self._modes.signs(self._constraints.jacobian(self._tree.set(q))[None])[0])
         self._first = self._first or sign
         return self._first * sign < 0.0
 
 
 class _Modes:
-    """Computes the sign of `mode_signs` pose by pose; everything that does not depend on the pose is computed once."""
+    """Computes the signs of `mode_signs`; everything that does not depend on the pose is computed once."""
 
     def __init__(self, mechanism: Mechanism, held: Sequence[str]) -> None:
-        self.tree, self.constraints = TreeKinematics(mechanism), ConstraintSet(mechanism)
-        self.keep = independent_rows(mechanism, self.constraints)
+        self.keep = independent_rows(mechanism, ConstraintSet(mechanism))
         rows = [mechanism.row(n) for n in held]
         if len(self.keep) + len(rows) < mechanism.nv and structure(mechanism).idle:
             rows += _idle_rows(mechanism, held)
         self.square = len(self.keep) + len(rows) == mechanism.nv
         self.tail = np.array(rows).reshape(len(rows), mechanism.nv)
 
-    def sign(self, q: Array) -> float:
-        """Sign of the determinant at q (nq,); 0 when the matrix is not square or is singular."""
+    def signs(self, jacobian: Array) -> Array:
+        """(n,) signs of the determinants with the constraint Jacobians (n, rows, nv); 0 where the matrix is not square or is
+        singular."""
         if not self.square:
-            return 0.0
-        jacobian = self.constraints.jacobian(self.tree.set(q))[self.keep]
-        sign, size = np.linalg.slogdet(np.vstack([jacobian, self.tail]))
-        return float(sign) if size > -60 else 0.0
+            return np.zeros(len(jacobian))
+        tails = np.broadcast_to(self.tail, (len(jacobian), *self.tail.shape))
+        sign, size = np.linalg.slogdet(np.concatenate([jacobian[:, self.keep], tails], axis=1))
+        return np.where(size > -60, sign, 0.0)
 
 
 def mode_signs(mechanism: Mechanism, q: Array, held: Sequence[str]) -> Array:
@@ -133,8 +144,11 @@ def mode_signs(mechanism: Mechanism, q: Array, held: Sequence[str]) -> Array:
 
     0 where the matrix is not square or is singular. As `mechlab.mechanism.mode_sign`, but local freedoms are fixed too.
     """
-    modes = _Modes(mechanism, held)
-    return np.array([modes.sign(x) for x in q])
+    modes, poses = _Modes(mechanism, held), ManyPoses(mechanism)
+    if not modes.square:
+        return np.zeros(len(q))
+    blocks = [q[i : i + MODE_POSES] for i in range(0, len(q), MODE_POSES)]
+    return np.concatenate([np.zeros(0), *(modes.signs(poses.set(x).residual_and_jacobian()[1]) for x in blocks)])
 
 
 def saturation_finding(laws: Sequence[Law], forces: Mapping[str, Array]) -> Finding | None:

@@ -1,7 +1,7 @@
 """How fast a mechanism may move by itself: the largest eigenvalue of M a + C v + K q = 0 on the motions that the constraints allow.
 
-It bounds the steps of an explicit method: `fastest_rate` of springs and dampers at the start of a scene, `drive_step` of the
-drives that hold, in the reference pose.
+It bounds the steps of an explicit method: `fastest_rate` of springs, dampers and the laws that act like them, at the start of a
+scene, `drive_step` of the drives that hold, in the reference pose. `command_rate` is the fastest that laws change by themselves.
 """
 
 from __future__ import annotations
@@ -12,7 +12,9 @@ import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.experiment.acting import held_drives
-from mechlab.experiment.laws import Servo
+from mechlab.experiment.held_rates import ViscousBetween
+from mechlab.experiment.laws import ComputedTorque, Law, Motor, Servo, Viscous
+from mechlab.experiment.motion import Hold, PrescribedMotion, Ramp, Sine
 from mechlab.experiment.scene import Scene, initial_state
 from mechlab.mechanism import ConstraintSet, Joint, Mechanism, Shaft, Spring, TreeKinematics
 from mechlab.mechanism.geometry import Array
@@ -36,22 +38,67 @@ def largest_eigenvalue(mass: Array, stiffness: Array, damping: Array) -> float:
 
 def fastest_rate(mechanism: Mechanism, scene: Scene) -> float:
     """Largest |eigenvalue| [1/s] of the motion at the start of a scene, linearised on the constraints: M a = -C v - K q with
-    C, K the sums of c g g^T and k g g^T over all springs and dampers, g the gradient of what they stretch by. What their
-    tension adds, and weight and laws, are slow. 0 when unknown."""
+    C, K the sums of c g g^T and k g g^T over all springs, dampers, servos and the like, g the gradient of what they
+    stretch by. What their tension adds, and weight and other laws, are slow; computed torque has the rates of its gains. 0
+    when unknown."""
     m = mechanism
     every: list[Joint | Shaft | Spring] = [*m.joints, *m.shafts, *m.springs]
     acting = [x for x in every if x.stiffness or x.damping]
-    if m.nv > MOST_RATES or not acting or any(j.nv != 1 for j in m.joints):
-        return 0.0
+    driven = [x for law in scene.laws for x in _like_springs(m, law)]
+    gained = max((_fastest_root(*g) for law in scene.laws if isinstance(law, ComputedTorque) for g in law.gains), default=0.0)
+    if m.nv > MOST_RATES or not (acting or driven) or any(j.nv != 1 for j in m.joints):
+        return gained
     try:
         q, v = initial_state(m, scene)
     except MechlabError:
-        return 0.0
+        return gained
     tree = TreeKinematics(m, q)
     free = null_space(ConstraintSet(m).jacobian(tree))
-    stretch = np.array([_gradient(tree, x) for x in acting]) @ free
-    k, c = ((stretch.T * sizes) @ stretch for sizes in ([x.stiffness for x in acting], [x.damping for x in acting]))
-    return largest_eigenvalue(free.T @ tree.mass_matrix() @ free, k, c)
+    every_row = [(_gradient(tree, x), x.stiffness, x.damping) for x in acting] + driven
+    stretch = np.array([row for row, _, _ in every_row]) @ free
+    k, c = ((stretch.T * [x[i] for x in every_row]) @ stretch for i in (1, 2))
+    return max(gained, largest_eigenvalue(free.T @ tree.mass_matrix() @ free, k, c))
+
+
+def _like_springs(m: Mechanism, law: Law) -> list[tuple[Array, float, float]]:
+    """Row, stiffness and damping of a law that acts like a spring or damper on a joint or shaft."""
+    if isinstance(law, Servo):
+        return [(m.row(law.on), law.stiffness, law.damping)]
+    if isinstance(law, Viscous):
+        return [(m.row(law.on), 0.0, law.coefficient)]
+    if isinstance(law, ViscousBetween):
+        return [(m.row(law.a) - m.row(law.b), 0.0, law.coefficient)]
+    if isinstance(law, Motor):
+        return [(m.row(law.on), 0.0, abs(law.stall / law.no_load_rate) if law.no_load_rate else 0.0)]
+    return []
+
+
+def _fastest_root(stiffness: float, damping: float) -> float:
+    """Largest |root| of s^2 + damping s + stiffness."""
+    return float(np.max(np.abs(np.roots([1.0, damping, stiffness]))))
+
+
+SMOOTH_LAWS = ("constant", "servo", "harmonic", "viscous", "viscous_between", "motor", "computed_torque")
+STANDING = (Hold, Ramp)
+
+
+def command_rate(scene: Scene) -> float:
+    """The largest rate [rad/s] at which the laws of a scene change in time by themselves; infinite where that cannot be read from
+    them (functions, tables, laws with kinks)."""
+    fastest = 0.0
+    for law in scene.laws:
+        if law.kind not in SMOOTH_LAWS or math.isfinite(getattr(law, "limit", math.inf)):
+            return math.inf
+        fastest = max(fastest, abs(getattr(law, "frequency", 0.0)))
+        motions = [x for _, x in law.commands] if isinstance(law, ComputedTorque) else [getattr(law, "motion", Hold())]
+        fastest = max([fastest, *(_motion_rate(x) for x in motions)])
+    return fastest
+
+
+def _motion_rate(motion: PrescribedMotion) -> float:
+    if isinstance(motion, Sine):
+        return abs(motion.frequency)
+    return 0.0 if isinstance(motion, STANDING) else math.inf
 
 
 def _gradient(tree: TreeKinematics, x: Joint | Shaft | Spring) -> Array:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from mechlab.lab.accuracy.control import ControlledRun, run_to_error
 from mechlab.lab.design import Design
 from mechlab.lab.fidelity.choose import choose, is_auto
 from mechlab.lab.problem_settings import other_softness, with_static_motors
-from mechlab.lab.single_run import analytic_run, chosen_settings, complete, engine_run, refuse_too_long
+from mechlab.lab.single_run import analytic_run, chosen_settings, compared_run, complete, engine_run, refuse_too_long
 from mechlab.lab.step_error import with_step_error
 
 HALVINGS = 7
@@ -77,9 +78,7 @@ def run_scene(
         done = complete(of_scene, engine_run(of_scene, made, chosen, at), made)
         if estimate:
             with spent_on("probe"):
-                done = with_step_error(
-                    done, made, lambda scene, s, times: complete(of_scene, engine_run(of_scene, scene, s, times), scene)
-                )
+                done = with_step_error(done, made, partial(compared_run, of_scene))
     return done if choice is None else replace(done, health=done.health + Health((choice.finding(),)))
 
 

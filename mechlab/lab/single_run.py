@@ -102,6 +102,12 @@ def engine_run(design: Design, scene: Scene, settings: Settings, at: Sequence[fl
     return engine_named(settings.engine).run(design.moving(scene), scene, settings, times)
 
 
+def compared_run(design: Design, scene: Scene, settings: Settings, times: Array) -> Recording:
+    """One run by an engine with the channels of the entry, to compare another one with at the times [s]; it may lack findings."""
+    made = engine_named(settings.engine).at_times(design.moving(scene), scene, settings, times)
+    return _with_channels(design, made, scene)
+
+
 def analytic_run(design: Design, scene: Scene, extra: Mapping[str, float]) -> Recording:
     """The closed form or the own equations of the entry."""
     if design.entry.reference is None:
@@ -133,7 +139,13 @@ def complete(design: Design, recording: Recording, scene: Scene) -> Recording:
         recording, name=entry.name, fidelity=level, parameters=parameters, versions=versions(), health=health,
         acts=recording.acts or what_acts(recording.mechanism, scene),
     )  # fmt: skip
+    return _with_channels(design, full, scene)
+
+
+def _with_channels(design: Design, recording: Recording, scene: Scene) -> Recording:
+    """The channels of the entry that the scene asks for."""
+    entry = design.entry
     asked = {name: entry.channels[name] for name in scene.channels if name in entry.channels}
     with spent_on("record"):
-        values = {name: function(design.parameters, full) for name, (_, function) in asked.items()}
-    return full.with_channels(values, {name: unit for name, (unit, _) in asked.items()})
+        values = {name: function(design.parameters, recording) for name, (_, function) in asked.items()}
+    return recording.with_channels(values, {name: unit for name, (unit, _) in asked.items()})

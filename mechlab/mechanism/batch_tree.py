@@ -209,7 +209,14 @@ class BatchRows:
         self.rod_between = (on[self.rod_b[0]] - on[self.rod_a[0]])[:, None, None, :]
         self.lengths = np.array([x.length for x in rods])
         self.relations = np.array([m.coefficient_row(x.coefficients) for x in m.relations]).reshape(-1, m.nv)
-        self.count = self.offsets.shape[1] + self.angles.shape[1] + len(rods) + len(m.relations)
+        self.names = (
+            *(f"{loops[i].name}.{AXES[u]}" for i, u in offsets), *(f"{loops[i].name}.{AXES[u]}_{AXES[w]}" for i, u, w in angles),
+            *(f"{x.name}.length" for x in rods), *(x.name for x in m.relations),
+        )  # fmt: skip
+        self.count = len(self.names)
+        kinds = np.repeat(("offset", "angle", "offset", "relation"), (len(offsets), len(angles), len(rods), len(m.relations)))
+        self.kinds = {kind: np.flatnonzero(kinds == kind) for kind in ("offset", "angle", "relation")}
+        """Kind of row -> its rows: lengths [m], sines of angles, sums of relations [rad or m]."""
 
     def system(self, q: Array) -> Array:
         """(P, rows, nv + 1) Jacobian and, in the last column, residual at q (P, nv)."""
@@ -254,6 +261,28 @@ class BatchRows:
             linked[..., :n], linked[..., n] = self.relations, q @ self.relations.T
             parts.append(linked)
         return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
+
+    def residual(self, q: Array) -> Array:
+        """(P, rows) residual at q (P, nv); cheaper than `system`."""
+        tree = self.tree
+        poses, parts = tree.at(q), []
+        if len(self.a[0]):
+            ra = poses.frames[self.a[0]]
+            back = np.swapaxes(ra[:, :, :3, :3] @ self.turn_a, 2, 3)
+            i, k = self.offsets
+            apart = (back @ (tree.positions(poses, self.b) - (ra @ self.a[1])[:, :, :3, 0])[..., None])[..., 0]
+            parts.append(apart[i, :, k])
+            if self.angles.shape[1]:
+                i, j, k = self.angles
+                rb = poses.frames[self.b[0]][:, :, :3, :3] @ self.turn_b
+                parts.append(np.sum(back[i, :, j] * rb[i, :, :, k], axis=-1))
+        if len(self.lengths):
+            d = tree.positions(poses, self.rod_b) - tree.positions(poses, self.rod_a)
+            lengths = self.lengths[:, None]
+            parts.append(0.5 * (np.sum(d * d, axis=-1) - lengths**2) / lengths)
+        if len(self.relations):
+            parts.append(self.relations @ q.T)
+        return np.concatenate(parts).T if parts else np.zeros((len(q), 0))
 
     def evaluate(self, q: Array) -> tuple[Array, Array]:
         """Residual (P, rows) and Jacobian (P, rows, nv) at q (P, nv)."""

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from mechlab.mechanism import GROUND, ConstraintSet, Mechanism
-from mechlab.mechanism.constraints import AXES
+from mechlab.mechanism.constraints import AXES, ConstraintSet
 from mechlab.mechanism.geometry import Array, quaternion_products
 from mechlab.mechanism.kinematics import moving_rates, turning_rates
-from mechlab.mechanism.parts import LinearRelation, Loop
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import GROUND, LinearRelation, Loop, Spring
 
 
 class ManyPoses:
@@ -27,6 +27,9 @@ class ManyPoses:
         self.index = {GROUND: -1} | {b.name: i for i, b in enumerate(mechanism.bodies)}
         self._parents = [self.index[b.parent] for b in mechanism.bodies]
         self._columns, self.turns = moving_rates(mechanism), turning_rates(mechanism)
+        self._carries = np.zeros((len(mechanism.bodies), mechanism.nv))
+        for i, columns in enumerate(self._columns):
+            self._carries[i, columns] = 1.0
         constraints = ConstraintSet(mechanism)
         self._loops = [
             (x, constraints.slices[x.name], constraints.items[k].rows) for k, x in enumerate(mechanism.loops)
@@ -79,6 +82,23 @@ class ManyPoses:
             rotation, origin = self._frame(frame.body)
             out[:, k] = rotation @ frame.placement.translation + origin
         return out
+
+    def twists(self, v: Array) -> tuple[Array, Array]:
+        """(n, nb, 3) velocity of the point of each body that is at the world's origin, and angular velocity, at rates v (n, nv)."""
+        turning, turns = self.axes * v[..., None], self.turns[:, None]
+        linear = turns * _cross(self.anchors, turning) + (1.0 - turns) * turning
+        return self._carries @ linear, self._carries @ (turns * turning)
+
+    def spring(self, spring: Spring, v: Array) -> tuple[Array, Array]:
+        """(n,) length [m] of a spring between two points, and its rate [m/s] at rates v (n, nv); 0 where the points meet."""
+        (ra, pa), (rb, pb) = self._frame(spring.body_a), self._frame(spring.body_b)
+        a, b = pa + ra @ np.array(spring.point_a), pb + rb @ np.array(spring.point_b)
+        d = b - a
+        length = np.linalg.norm(d, axis=1)
+        relative = self._motion(spring.body_b, b)[0] - self._motion(spring.body_a, a)[0]
+        rate = ((relative @ d[:, :, None])[..., 0] * v).sum(axis=1)
+        apart = length >= 1e-12
+        return np.where(apart, length, 0.0), np.where(apart, rate / np.where(apart, length, 1.0), 0.0)
 
     def residual_and_jacobian(self) -> tuple[Array, Array]:
         """(n, rows) and (n, rows, nv) of all constraints, in the order of `ConstraintSet`."""

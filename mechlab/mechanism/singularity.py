@@ -7,6 +7,7 @@ import numpy as np
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
+from mechlab.mechanism.many_poses import ManyPoses
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.structure import generic, null_space, structure
 
@@ -48,17 +49,18 @@ def nearest_to_singular(mechanism: Mechanism, poses: Array) -> tuple[int, float]
     """Index of the pose in q (n, nq) nearest to a singular position of the constraints, and its distance: the smallest
     singular value of the Jacobian at the usual rank, over its median of all poses; 1 without rows. Rows are scaled by
     their size at a generic pose."""
-    best, constraints, tree = structure(mechanism), ConstraintSet(mechanism), TreeKinematics(mechanism)
+    best = structure(mechanism)
     if not best.rank:
         return 0, 1.0
     usual = np.linalg.norm(generic(mechanism)[1], axis=1)
-    smallest = np.array([_scaled_values(constraints.jacobian(tree.set(q)), usual)[best.rank - 1] for q in poses])
+    jacobians = ManyPoses(mechanism).set(poses).residual_and_jacobian()[1]
+    smallest = _scaled_values(jacobians, usual)[:, best.rank - 1]
     k = int(np.argmin(smallest))
     return k, float(smallest[k] / max(float(np.median(smallest)), 1e-300))
 
 
 def _scaled_values(matrix: Array, sizes: Array) -> Array:
-    """Singular values of the matrix with its rows divided by `sizes`, those at a generic pose."""
+    """Singular values of a matrix, or of each of many, with its rows divided by `sizes`, those at a generic pose."""
     if matrix.size == 0:
         return np.zeros(0)
     scaled = matrix / np.where(sizes > 1e-14, sizes, 1.0)[:, None]

@@ -50,11 +50,12 @@ def test_dearer_equations_under_the_same_integrator_are_not_tried() -> None:
     near, dear = (
         RefinedMethod(rules[f"LSODA on {x}'s tree"], problem, measure, 0.0, 1e-6) for x in ("MuJoCo", "Pinocchio")
     )
-    assert dear.cost_given([near, dear]) == dear.next_cost
+    # two runs make an estimate, the sharper one costs 1.6 times the first
+    assert dear.cost_given([near, dear]) == pytest.approx(2.6 * dear.next_cost)
     near.refine(5.0)
     near.first_work = near.work = 1.0
     assert near.cost_given([near, dear]) == near.next_cost == pytest.approx(1.6)
-    assert dear.cost_given([near, dear]) == pytest.approx(dear.expected_work / near.expected_work)
+    assert dear.cost_given([near, dear]) == pytest.approx(2.6 * dear.expected_work / near.expected_work)
 
 
 @pytest.mark.parametrize(("stiffness", "damping"), [(400.0, 0.0), (400.0, 4.0), (100.0, 60.0)])

@@ -6,8 +6,12 @@ import numpy as np
 import pytest
 
 from mechlab import api
-from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
+from mechlab.experiment.energy import kinetic_energy, potential_energy
+from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics, structure
 from mechlab.mechanism.many_poses import ManyPoses, displacement, moved
+from mechlab.mechanism.singularity import nearest_to_singular
+from mechlab.mechanism.statics import passive_force, spring_stretch
+from mechlab.mechanism.structure import generic
 
 
 def richest(name: str) -> Mechanism:
@@ -35,3 +39,42 @@ def test_many_poses_are_one_after_the_other(name: str) -> None:
             point = origin + rotation @ frame.placement.translation
             np.testing.assert_allclose(many.frame_positions()[k, i], point, atol=1e-13)
     np.testing.assert_allclose(moved(m, q[:2], displacement(m, q[:2], q[2:])), q[2:], atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["fourbar", "delta6", "bricard", "andrews", "impulse_transmission", "quick_return"])
+def test_energies_of_many_states_are_those_of_the_tree(name: str) -> None:
+    """Kinetic energy against v M v / 2 with the mass matrix of the tree, potential energy against the work of its static forces
+    over a small step (central difference, third-order remainder), lengths of springs and velocities against the tree."""
+    m = richest(name)
+    rng = np.random.default_rng(12)
+    q = moved(m, np.tile(m.reference(), (4, 1)), 0.3 * rng.standard_normal((4, m.nv)))
+    v = rng.standard_normal((4, m.nv))
+    many = ManyPoses(m).set(q)
+    kinetic, (linear, angular) = kinetic_energy(m, q, v), many.twists(v)
+    step = 1e-5 * v
+    slope = (potential_energy(m, moved(m, q, step)) - potential_energy(m, moved(m, q, -step))) / 2e-5
+    for k in range(4):
+        tree = TreeKinematics(m, q[k], v[k])
+        mass = tree.mass_matrix()
+        assert kinetic[k] == pytest.approx(0.5 * v[k] @ mass @ v[k], rel=1e-12)
+        for i, body in enumerate(m.bodies):
+            np.testing.assert_allclose(np.append(linear[k, i], angular[k, i]), tree.velocity(body.name, np.zeros(3)), atol=1e-12)
+        for spring in m.springs:
+            length, rate = many.spring(spring, v)
+            np.testing.assert_allclose((length[k], rate[k]), spring_stretch(tree, spring)[2:], rtol=1e-12)
+        still = TreeKinematics(m, q[k])
+        force = passive_force(still) - still.bias_force()
+        size = 1.0 + float(np.abs(force) @ np.abs(v[k]))
+        assert slope[k] == pytest.approx(-float(force @ v[k]), abs=1e-7 * size)
+
+
+@pytest.mark.parametrize("name", ["fourbar", "bricard", "andrews"])
+def test_the_nearest_pose_to_a_singular_one_by_the_tree_at_each(name: str) -> None:
+    m = richest(name)
+    rng = np.random.default_rng(13)
+    q = moved(m, np.tile(m.reference(), (6, 1)), 0.4 * rng.standard_normal((6, m.nv)))
+    constraints, sizes, rank = ConstraintSet(m), np.linalg.norm(generic(m)[1], axis=1), structure(m).rank
+    rows = [constraints.jacobian(TreeKinematics(m, x)) / np.where(sizes > 1e-14, sizes, 1.0)[:, None] for x in q]
+    least = np.array([np.linalg.svd(x, compute_uv=False)[rank - 1] for x in rows])
+    k, near = nearest_to_singular(m, q)
+    assert k == int(np.argmin(least)) and near == pytest.approx(least[k] / np.median(least), rel=1e-9)

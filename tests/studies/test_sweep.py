@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -124,6 +125,46 @@ def test_loops_and_laws_are_run_one_by_one_with_their_whole_health() -> None:
     run = ml.simulate("fourbar", speed=6.0, scene="free-run", duration=0.1)
     assert found["rocker_angle"][1] == run.final()["rocker_angle"] and found["max(C_z)"][1] == run.channel("C_z").max()
     assert found["loop_gap"][1] == run.health.finding("loop_gap").value and found["trusted"].tolist() == [1.0, 1.0]
+
+
+@pytest.mark.parametrize(("key", "values"), [("start_speed", np.linspace(-3.0, 3.0, 17)), ("coupler_length", np.linspace(0.7, 1.3, 17))])
+def test_loops_are_rolled_out_over_starts_and_over_parameters_with_the_bits_of_single_runs(key: str, values: np.ndarray) -> None:
+    asked = "B0_x,trusted,loop_gap,energy_balance,y"
+    found = ml.sweep("n_fourbar", {key: values}, asked, scene="fall", duration=0.5, timestep=0.0025)
+    assert found.request.method == "rollout" and found.exit_code == 0 and found["trusted"].all()
+    for k in (0, 5, 16):
+        run = ml.simulate("n_fourbar", {key: values[k]}, scene="fall", duration=0.5, timestep=0.0025, engine="mujoco")
+        assert found["B0_x"][k] == run.final()["B0_x"] and found["y"][k] == pytest.approx(run.final()["y"], abs=1e-15)
+        # residuals near 1e-7 m of lengths near 1 m, by other sums: equal to rounding
+        assert found["loop_gap"][k] == pytest.approx(run.health.finding("loop_gap").value, abs=1e-15)
+
+
+def test_a_structure_that_varies_is_rolled_out_too() -> None:
+    found = ml.sweep("n_fourbar", {"N": [1, 2, 3, 4], "start_speed": [1.0, 1.5, 2.0, 2.5]}, "B0_x", duration=0.1)
+    assert found.request.method == "rollout" and found.exit_code == 0
+    assert found["B0_x"][2, 3] == ml.simulate("n_fourbar", N=3, start_speed=2.5, duration=0.1, engine="mujoco").final()["B0_x"]
+
+
+HELD = """
+from mechlab.mechanism import Builder, revolute
+def held():
+    b = Builder("held", gravity=(0, -9.81, 0))
+    b.bar("bar", revolute("hinge"), 0.1, mass=0.1)
+    b.drive("hinge", stiffness=50.0, damping=1.0)
+    return b.build()
+"""
+
+
+def test_where_the_balance_of_energy_is_not_sure_a_single_run_decides(tmp_path: Path) -> None:
+    # the damper stops the bar, J = 3.3e-4 kg m2, in J / d = 0.3 ms, a third of a step
+    (tmp_path / "held.py").write_text(HELD)
+    rates = np.linspace(0.0, 3.0, 16)
+    found = ml.sweep(f"{tmp_path / 'held.py'}:held", {"hinge_rate_0": rates}, "hinge,trusted", duration=0.1, timestep=5e-4)
+    assert found.request.method == "rollout"
+    for k in (0, 1, 15):
+        run = ml.simulate(f"{tmp_path / 'held.py'}:held", hinge_rate_0=rates[k], duration=0.1, timestep=5e-4, engine="mujoco")
+        assert (found["trusted"][k] == 1.0) == (found.outcome[k] == 0) == run.health.trusted
+        assert found["hinge"][k] == run.final()["hinge"] if run.health.trusted else np.isnan(found["hinge"][k])
 
 
 def test_checks_are_swept_by_their_id() -> None:

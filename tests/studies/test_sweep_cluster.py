@@ -43,7 +43,7 @@ def test_a_killed_worker_loses_nothing_and_the_numbers_are_the_local_ones(cluste
         "def swing(length=1.0):\n    b = Builder('swing')\n    b.bar('bar', revolute('hinge', 'y'), length, mass=2.0)\n"
         "    return b.build()\n"
     )
-    asked = {"quantities": "hinge,max(hinge_rate),energy_balance", "duration": 0.02}
+    asked = {"quantities": "hinge_accel,max(hinge_rate),energy_balance", "duration": 0.02}
     values = {"length": Range(-0.1, 1.5, 96)}  # the first ones are no lengths: gaps travel too
     here = ml.sweep(f"{file}:swing", values, workers=1, **asked)
     victims = workers(cluster)

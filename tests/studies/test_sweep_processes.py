@@ -35,9 +35,9 @@ MARKER = {str(marker)!r}
 ''')
     monkeypatch.setattr(local, "WORTH_IT", 0.0)
     values = {"length": Range(0.5, 1.5, 24), "hinge_0": 0.4}
-    alone = ml.sweep(f"{file}:swing", values, "hinge", duration=0.05, workers=1)
+    alone = ml.sweep(f"{file}:swing", values, "hinge_accel", duration=0.05, workers=1)
     assert not marker.exists()
-    shared = ml.sweep(f"{file}:swing", values, "hinge", duration=0.05, workers=2)
+    shared = ml.sweep(f"{file}:swing", values, "hinge_accel", duration=0.05, workers=2)
     assert marker.exists() and shared.counts["good"] == 24, shared.reasons
     assert np.array_equal(alone.flat, shared.flat) and same(alone, shared), (alone.flat - shared.flat, shared.reasons)
 
@@ -60,7 +60,7 @@ def test_workers_end_when_their_parent_is_killed(tmp_path: Path) -> None:
 import os, time
 (__import__("pathlib").Path({str(tmp_path)!r}) / f"worker-{{os.getpid()}}").touch()
 ''')  # fmt: skip
-    words = ["sweep", f"{file}:swing", "length=0.5:2:4000", "--duration", "1", "--quantity", "hinge", "--workers", "2"]
+    words = ["sweep", f"{file}:swing", "length=0.5:2:4000", "--duration", "1", "--quantity", "hinge_accel", "--workers", "2"]
     code = "from mechlab.cli import main; raise SystemExit(main())"
     with subprocess.Popen([sys.executable, "-c", code, *words], stderr=subprocess.DEVNULL) as child:
 

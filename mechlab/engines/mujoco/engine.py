@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 from mechlab.engines.mujoco.model import file_size
 from mechlab.engines.mujoco.plant import MujocoSmallMotions, StateOfMujoco
 from mechlab.engines.mujoco.reactions import motion_forces
-from mechlab.engines.mujoco.runner import run, versions
+from mechlab.engines.mujoco.runner import run, run_at, versions
 from mechlab.engines.mujoco.session import Session
 from mechlab.engines.mujoco.solve_newton import accelerations_of, assemble, frame_motion, rates
 from mechlab.engines.mujoco.step_loop import Start
@@ -46,6 +46,10 @@ class Mujoco(Engine):
     ) -> Recording:
         """See `mechlab.engines.mujoco.runner.run`."""
         return run(mechanism, scene, settings, None if times is None else np.asarray(times, dtype=float).tolist())
+
+    def at_times(self, mechanism: Mechanism, scene: Scene, settings: Settings, times: ArrayLike) -> Recording:
+        """See `mechlab.engines.mujoco.runner.run_at`."""
+        return run_at(mechanism, scene, settings, np.asarray(times, dtype=float).tolist())
 
     def trace(
         self, mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int, constraints: str = "", friction: str = ""

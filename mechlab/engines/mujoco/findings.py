@@ -33,9 +33,9 @@ from mechlab.experiment.recording import Finding, Health
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
+from mechlab.mechanism.many_poses import ManyPoses
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Joint, Shaft, Spring
-from mechlab.mechanism.statics import spring_stretch
 
 _KINDS = (int(mujoco.mjtConstraint.mjCNSTR_FRICTION_DOF), int(mujoco.mjtConstraint.mjCNSTR_FRICTION_TENDON))
 INSIDE = 1.0 - 1e-6
@@ -55,18 +55,22 @@ class FrictionWatch:
             (_KINDS[1], k, tendons[k]) for k in np.flatnonzero(model.tendon_frictionloss).tolist() if k in tendons
         ]
         self.names = tuple(name for *_, name in self._rows)
-        self._rates: list[list[float]] = []
-        self._standing: list[list[bool]] = []
+        self._layout = (-1, -1)
+        self._rates: list[Array] = []
+        self._standing: list[Array] = []
 
     def take(self, data: mujoco.MjData) -> None:
         """One sample."""
         if not self._rows:
             return
-        rates, standing = [], []
-        for kind, k, _ in self._rows:
-            found = np.flatnonzero((data.efc_type == kind) & (data.efc_id == k))
-            rates.append(float(data.efc_vel[found[0]]) if len(found) else 0.0)
-            standing.append(all(abs(data.efc_force[i]) < INSIDE * data.efc_frictionloss[i] for i in found))
+        if (data.ne, data.nf) != self._layout:  # the rows of friction keep their places while their number is the same
+            self._layout = data.ne, data.nf
+            found = [np.flatnonzero((data.efc_type == kind) & (data.efc_id == k)) for kind, k, _ in self._rows]
+            self._known = np.array([len(x) > 0 for x in found])
+            self._at = np.array([x[0] for x in found if len(x)], dtype=int)
+        rates, standing = np.zeros(len(self._rows)), np.ones(len(self._rows), dtype=bool)
+        rates[self._known] = data.efc_vel[self._at]
+        standing[self._known] = np.abs(data.efc_force[self._at]) < INSIDE * data.efc_frictionloss[self._at]
         self._rates.append(rates)
         self._standing.append(standing)
 
@@ -88,6 +92,11 @@ class Samples(Protocol):
     """What the health record needs of the samples."""
 
     t: list[float]
+
+    @property
+    def states(self) -> tuple[Array, Array]:
+        """Coordinates (n, nq) and rates (n, nv)."""
+        ...
 
     @property
     def friction(self) -> FrictionWatch:
@@ -117,10 +126,9 @@ def health(
     data: mujoco.MjData,
     blow_up: SteppingEnd | None,
     samples: Samples,
-    states: tuple[Array, Array],
 ) -> Health:
     """All findings of a run, the worst first where one ended it."""
-    q, v = states
+    q, v = samples.states
     t = np.array(samples.t)
     some = np.unique(np.linspace(0, len(t) - 1, min(len(t), LOOKED_AT)).round().astype(int))
     out: list[Finding] = []
@@ -203,8 +211,7 @@ def _stopped(mechanism: Mechanism, names: list[str], t: Array, q: Array, v: Arra
 
 def _lengths(mechanism: Mechanism, spring: Spring, q: Array, v: Array) -> tuple[Array, Array]:
     """(n,) lengths of a spring [m] and the sizes of their rates [m/s]."""
-    found = [spring_stretch(TreeKinematics(mechanism, x, w), spring)[2:] for x, w in zip(q, v, strict=True)]
-    length, rate = np.array(found).T
+    length, rate = ManyPoses(mechanism).set(q).spring(spring, v)
     return length, np.abs(rate)
 
 
@@ -241,6 +248,10 @@ def _notes(mechanism: Mechanism, settings: Settings) -> list[Finding]:
     return out
 
 
+GAP_KINDS = ("spherical", "revolute", "universal", "fixed")
+"""Loops whose two sides keep one point in common."""
+
+
 class LoopWatch:
     """Checks after each evaluated sample whether a loop has opened by more than 1e-3 of the smallest link."""
 
@@ -258,6 +269,9 @@ class LoopWatch:
         if data.ne != self._rows:  # the rows of equalities keep their places while their number is the same
             self._points = np.array([self.map.rows(data, name)[:3] for name in self.names])
             self._rows = data.ne
+        open_ = data.efc_pos[: data.ne]
+        if open_.dot(open_) <= self.limit**2:  # all rows together are closed enough
+            return self.worst is not None
         gaps = np.linalg.norm(data.efc_pos[self._points], axis=1)
         k = int(np.argmax(gaps))
         if not gaps[k] <= self.limit:

@@ -12,6 +12,8 @@ finds what passes through each joint.
 
 from __future__ import annotations
 
+from collections import defaultdict
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import mujoco
@@ -19,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.engines.mujoco.closure import ExactDynamics
-from mechlab.engines.mujoco.model import MujocoMap, passive, to_mujoco
+from mechlab.engines.mujoco.model import Indices, MujocoMap, passive, to_mujoco
 from mechlab.engines.state import MotionForces
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.formats.mjcf.write_loops import axis_name, axis_site_names, connector_name, site_names
@@ -41,7 +43,8 @@ class _Reader:
 
 
 class Reactions:
-    """Reads the reactions of all relations and loops at one evaluated state (after mj_forward) of a MjData.
+    """Keeps what a run needs of each evaluated state (after mj_forward), and reads from all of them accelerations, and the
+    reactions of relations and loops.
 
     Channels: RELATION_load, conjugate to the relation's sum [N m, or N: its first joint slides]; LOOP_fx _fy _fz [N]
     and LOOP_mx _my _mz [N m] on body b at its end of the loop, world axes; no moments for spherical loops. LOOP_load
@@ -58,14 +61,22 @@ class Reactions:
         kept = ("spherical",) if self.distances else tuple(k for k in LOOP_ROWS if k != "distance")
         self._loops = [self._reader(x) for x in m.loops if x.kind in kept]
         self._exact = ExactDynamics(self.model) if self.distances else None
-        self._post = any(r.connector >= 0 for r in self._loops)
+        self._connectors = [r.connector for r in self._loops if r.connector >= 0]
+        self._roots = self.model.body_rootid[self._connectors]
+        self._turns = any(r.connector < 0 and r.loop.kind == "fixed" for r in self._loops)
+        far = [site for r in self._loops if r.lever is not None for site in r.lever]
+        self._sites = sorted({*far, *(r.site_b for r in self._loops if r.connector >= 0 or r.loop.kind == "fixed")})
         self.units: dict[str, str] = {f"{x.name}_load": "N" if x.coefficients[0][0] in m.slides else "N m" for x in m.relations}
         self.units |= {f"{name}_load": "N" for name in self.distances}
         for reader in self._loops:
             self.units |= {f"{reader.loop.name}_{k}": "N" for k in FORCES}
             if reader.loop.kind != "spherical":
                 self.units |= {f"{reader.loop.name}_{k}": "N m" for k in MOMENTS}
+        self._rows = np.array(self._sites, dtype=int)
         self.names = tuple(self.units)
+        self._ids: dict[int, Array] = {}
+        self._counts: list[int] = []
+        self._kept: defaultdict[str, list[Array]] = defaultdict(list)
 
     def _reader(self, loop: Loop) -> _Reader:
         site_b = self.map.site(site_names(loop.name)[1])
@@ -81,49 +92,89 @@ class Reactions:
             return _Reader(loop, (point, axis), site_b, lever=lever)
         return _Reader(loop, found, site_b)
 
-    def read(self, data: mujoco.MjData) -> tuple[Array, Array]:
-        """(nv,) accelerations, and (channels,) reactions in the order of `names`."""
+    def keep(self, data: mujoco.MjData) -> None:
+        """Remember a state."""
+        count = data.ne
+        if count not in self._ids:  # the rows of equalities keep their places while their number is the same
+            self._ids[count] = data.efc_id[:count].copy()
+        self._counts.append(count)
         if self._exact is not None:
-            return self._read_exact(self._exact, data)
-        if self._post:
+            acceleration, reaction = self._exact.solve(data)
+            self._kept["qacc"].append(acceleration)
+            self._kept["reaction"].append(reaction)
+        else:
+            self._kept["qacc"].append(data.qacc.copy())
+        if self.names:
+            self._kept["force"].append(data.efc_force[:count].copy())
+        if self.relations:
+            terms = data.efc_KBIP[:count]
+            self._kept["soft"].append(np.array([data.efc_pos[:count], data.efc_R[:count], terms[:, 0], terms[:, 2]]))
+        if len(self._sites):
+            self._kept["place"].append(data.site_xpos[self._rows])
+        if self._turns:
+            self._kept["turn"].append(data.site_xmat[self._rows])
+        if len(self._connectors):
             mujoco.mj_rnePostConstraint(self.model, data)
-        ids, force = data.efc_id[: data.ne], data.efc_force
-        out = [float(np.sum(force[: data.ne][ids == self.map.equalities[name][0]])) for name in self.relations]
-        for reader in self._loops:
-            f, moment = self._wrench(reader, data, ids, force)
-            out += f.tolist()
-            if reader.loop.kind != "spherical":
-                out += moment.tolist()
-        return self.map.rates(data.qacc), np.array(out)
+            self._kept["wrench"].append(data.cfrc_int[self._connectors])
+            self._kept["centre"].append(data.subtree_com[self._roots])
 
-    def _read_exact(self, exact: ExactDynamics, data: mujoco.MjData) -> tuple[Array, Array]:
-        acceleration, reaction = exact.solve(data)
-        slices = exact.closure.slices
-        names = [*self.relations, *self.distances, *(r.loop.name for r in self._loops)]
-        parts = [reaction[slices[self.map.equalities[name][0]]] for name in names]
-        return self.map.rates(acceleration), np.concatenate(parts)
+    def accelerations(self) -> Array:
+        """(n, nv) accelerations of the kept states."""
+        return self.map.rates(np.array(self._kept["qacc"]))
 
-    def _wrench(self, reader: _Reader, data: mujoco.MjData, ids: Array, force: Array) -> tuple[Array, Array]:
-        """Force on body b, and moment about its site of the loop."""
-        here = data.site_xpos[reader.site_b]
-        if reader.connector >= 0:
-            body = reader.connector
-            wrench = reader.on_b * data.cfrc_int[body]
-            centre = data.subtree_com[self.model.body_rootid[body]]
-            return wrench[3:], wrench[:3] + cross(centre - here, wrench[3:])
-        rows = [-force[: data.ne][ids == k] for k in reader.equalities]
+    def loads(self) -> Array:
+        """(n, channels) reactions at the kept states, in the order of `names`."""
+        out = np.zeros((len(self._counts), len(self.names)))
+        if self._exact is not None:
+            slices = self._exact.closure.slices
+            names = [*self.relations, *self.distances, *(r.loop.name for r in self._loops)]
+            columns = [k for name in names for k in range(len(self._kept["reaction"][0]))[slices[self.map.equalities[name][0]]]]
+            return np.array(self._kept["reaction"])[:, columns]
+        for at, ids, force in self._alike():
+            column = 0
+            for name in self.relations:
+                out[at, column] = force[:, ids == self.map.equalities[name][0]].sum(axis=1)
+                column += 1
+            for reader in self._loops:
+                f, moment = self._wrenches(reader, at, ids, force)
+                both = f if reader.loop.kind == "spherical" else np.hstack([f, moment])
+                out[at, column : column + both.shape[1]] = both
+                column += both.shape[1]
+        return out
+
+    def _alike(self) -> Iterator[tuple[Indices, Array, Array]]:
+        """States with the same rows of equalities: their indices (g,), the equality of each row (rows,), the forces (g, rows)."""
+        counts = np.array(self._counts)
+        for count, ids in self._ids.items() if self.names else ():
+            at = np.flatnonzero(counts == count)
+            yield at, ids, np.array([self._kept["force"][k] for k in at]).reshape(len(at), count)
+
+    def _wrenches(self, reader: _Reader, at: Indices, ids: Array, force: Array) -> tuple[Array, Array]:
+        """Forces (g, 3) on body b, and moments (g, 3) about its site of the loop, at the states `at`."""
+        rows = [-force[:, ids == k] for k in reader.equalities]
         # MuJoCo leaves out a connect whose rows are all zero (a point that no joint moves): it carries nothing
-        rows = [r if r.size else np.zeros(3) for r in rows]
+        rows = [r if r.size else np.zeros((len(at), 3)) for r in rows]
+        if reader.connector >= 0:
+            k = self._connectors.index(reader.connector)
+            wrench = reader.on_b * np.array([self._kept["wrench"][i][k] for i in at])
+            arm = np.array([self._kept["centre"][i][k] for i in at]) - self._places(reader.site_b, at)
+            return wrench[:, 3:], wrench[:, :3] + np.cross(arm, wrench[:, 3:])
         if reader.lever is not None:
-            arm = data.site_xpos[reader.lever[1]] - here
-            return rows[0] + rows[1], cross(arm, rows[1])
-        if len(rows[0]) == 6:
+            arm = self._places(reader.lever[1], at) - self._places(reader.site_b, at)
+            return rows[0] + rows[1], np.cross(arm, rows[1])
+        if rows[0].shape[1] == 6:
             # The residual of the rotation is torquescale x the vector part of a quaternion, in the axes of the sites.
-            scale = 0.5 * self.model.eq_data[reader.equalities[0], 10]
-            return rows[0][:3], scale * (data.site_xmat[reader.site_b].reshape(3, 3) @ rows[0][3:])
-        return rows[0], np.zeros(3)
+            scale, k = 0.5 * self.model.eq_data[reader.equalities[0], 10], self._sites.index(reader.site_b)
+            turns = np.array([self._kept["turn"][i][k] for i in at]).reshape(-1, 3, 3)
+            return rows[0][:, :3], scale * (turns @ rows[0][:, 3:, None])[..., 0]
+        return rows[0], np.zeros((len(at), 3))
 
-    def slip(self, data: mujoco.MjData) -> tuple[float, float, float]:
+    def _places(self, site: int, at: Indices) -> Array:
+        """(g, 3) of a site in the world."""
+        k = self._sites.index(site)
+        return np.array([self._kept["place"][i][k] for i in at])
+
+    def slip(self) -> tuple[float, float, float]:
         """Largest |residual| of the relations, the largest one that softness alone predicts at standstill, and the work
         [J] that their soft rows have taken up, sum |r f|: half of it stored, half lost when a load comes on at once.
 
@@ -131,13 +182,14 @@ class Reactions:
         k = 1 / (d^2 tc^2 zeta^2): r = (1 - d) tc^2 zeta^2 A f, A the engine's diagonal estimate of J M^-1 J^T.
         """
         measured = predicted = taken = 0.0
-        ids = data.efc_id[: data.ne]
-        for name in self.relations:
-            for k in np.flatnonzero(ids == self.map.equalities[name][0]):
-                stiffness, impedance = data.efc_KBIP[k, 0], data.efc_KBIP[k, 2]
-                measured = max(measured, abs(float(data.efc_pos[k])))
-                predicted = max(predicted, abs(float(data.efc_R[k] * data.efc_force[k] / (stiffness * impedance))))
-                taken += abs(float(data.efc_pos[k] * data.efc_force[k]))
+        equalities = [self.map.equalities[name][0] for name in self.relations]
+        for at, ids, force in self._alike() if self.relations else ():
+            rows = np.isin(ids, equalities)
+            residual, size, stiffness, impedance = np.array([self._kept["soft"][k][:, rows] for k in at]).transpose(1, 0, 2)
+            force = force[:, rows]
+            measured = max(measured, float(np.max(np.abs(residual), initial=0.0)))
+            predicted = max(predicted, float(np.max(np.abs(size * force / (stiffness * impedance)), initial=0.0)))
+            taken = max(taken, float(np.max(np.abs(residual * force).sum(axis=1), initial=0.0)))
         return measured, predicted, taken
 
 

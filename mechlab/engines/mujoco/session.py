@@ -16,7 +16,7 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.drive import Driver
-from mechlab.engines.mujoco.findings import LoopWatch
+from mechlab.engines.mujoco.findings import GAP_KINDS, LoopWatch
 from mechlab.engines.mujoco.model import MujocoMap, to_mujoco
 from mechlab.engines.mujoco.plant import MujocoPlant
 from mechlab.engines.mujoco.session_drives import SessionDrives
@@ -32,9 +32,6 @@ from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings, initial_state
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
-
-GAP_KINDS = ("spherical", "revolute", "universal", "fixed")
-"""Loops whose two sides keep one point in common."""
 
 
 class Session(StepLoop):

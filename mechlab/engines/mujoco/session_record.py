@@ -11,7 +11,8 @@ from mechlab.engines.mujoco.control import controlled, engine
 from mechlab.engines.mujoco.drive import Driver
 from mechlab.engines.mujoco.findings import health, masses_finding
 from mechlab.engines.mujoco.plant import MujocoPlant
-from mechlab.engines.mujoco.runner import _Samples, versions
+from mechlab.engines.mujoco.runner import versions
+from mechlab.engines.mujoco.samples import RunSamples
 from mechlab.engines.mujoco.session_kept import Kept
 from mechlab.experiment.acting import drive_law
 from mechlab.experiment.energy import dissipation
@@ -64,7 +65,7 @@ def recording_of(session: Kept) -> Recording:
     some = np.unique(np.linspace(0, len(rows) - 1, min(len(rows), MAX_SAMPLES)).round().astype(int))
     data = mujoco.MjData(s.model)
     replay = _Replay(s, data)
-    samples = _Samples(m, s.model, data, s.map, replay, ModeWatch(m, s.scene.keep_mode))  # type: ignore[arg-type]
+    samples = RunSamples(s.model, data, s.map, replay, ModeWatch(m, s.scene.keep_mode))
     work = s.fed + s.called
     spec = mujoco.mjtState.mjSTATE_FULLPHYSICS
     with controlled(data, replay.laws) if replay.laws.called else engine():
@@ -74,20 +75,20 @@ def recording_of(session: Kept) -> Recording:
             data.ctrl[:] = held
             replay.go(rows[k], held, float(work[k]))
             samples.take(float(rows[k, 0]))
-    states = np.array(samples.q), np.array(samples.v)
+    states = samples.states
     for law in s.scene.laws if replay.laws.at_once else ():
         moved = m.value(law.on, states[0])  # type: ignore[attr-defined]
-        samples._work = (samples.work + law.value * (moved - moved[0])).tolist()  # type: ignore[attr-defined]
+        samples.more_work += law.value * (moved - moved[0])  # type: ignore[attr-defined]
     # the health record takes the losses between samples off again; here they are in the energy fed, at every kept state
-    samples._work = (samples.work + work_of(np.array(samples.t), dissipation(m, *states))).tolist()
-    samples._slip.append((0.0, 0.0, samples.slip[2] + s.allowance))
-    return _written(s, samples, states, data)
+    samples.more_work += work_of(np.array(samples.t), dissipation(m, *states))
+    samples.allowance = s.allowance
+    return _written(s, samples, data)
 
 
-def _written(s: Kept, samples: _Samples, states: tuple[Array, Array], data: mujoco.MjData) -> Recording:
+def _written(s: Kept, samples: RunSamples, data: mujoco.MjData) -> Recording:
     """The Recording of evaluated samples; `data`: an MjData for what the engine counted."""
     m, t = s.mechanism, np.array(samples.t)
-    channels, units = samples.channels(m, *states)
+    states, (channels, units) = samples.states, samples.channels()
     kept = s.rows[: s.count + 1]
     commands = s.drives.command(kept[:, kept.shape[1] - s.model.nu :])
     after = np.minimum(np.searchsorted(kept[:, 0], t) + 1, s.count)
@@ -98,7 +99,7 @@ def _written(s: Kept, samples: _Samples, states: tuple[Array, Array], data: mujo
     scene = replace(s.scene, duration=max(float(t[-1]), s.hold))
     torn = s.loops.worst
     blow_up = s.end if torn is None else None
-    findings = [*health(m, scene, s.settings, data, blow_up, samples, states).findings, *_of_drives(s, samples)]
+    findings = [*health(m, scene, s.settings, data, blow_up, samples).findings, *_of_drives(s, samples)]
     watched = samples.loops.finding(scene.duration)
     if watched is None and torn is not None:
         watched = open_loop_finding(torn[0], torn[1], s.loops.limit, scene.duration, torn[2])
@@ -111,7 +112,7 @@ def _written(s: Kept, samples: _Samples, states: tuple[Array, Array], data: mujo
     )  # fmt: skip
 
 
-def _of_drives(s: Kept, samples: _Samples) -> list[Finding]:
+def _of_drives(s: Kept, samples: RunSamples) -> list[Finding]:
     """Findings on the drives: forces at their limits, and currents, which the engine integrates in first order."""
     out = []
     laws = [law for d in s.mechanism.drives if (law := drive_law(s.mechanism, d)) is not None]

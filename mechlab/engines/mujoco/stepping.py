@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -10,7 +11,6 @@ from typing import Protocol
 import mujoco
 import numpy as np
 
-from mechlab.clock import spent_on
 from mechlab.engines.mujoco.sparse import sparse_steps
 from mechlab.engines.state import RATE_LIMIT
 from mechlab.errors import MechlabError
@@ -22,6 +22,7 @@ INTEGRATION_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 """All that the next step depends on."""
 UNSOLVED = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
 """Warnings of the engine that say that a run has blown up."""
+_UNSOLVED = tuple(int(k) for k in UNSOLVED)
 
 
 class Coordinates(Protocol):
@@ -106,17 +107,16 @@ def advance(
     for here in steps.samples:
         if here > done:
             mujoco.mj_getState(model, data, state, INTEGRATION_STATE)
-            with spent_on("integrate"):
-                start = time.thread_time()
-                (step or take_steps)(model, data, steps, done, here)
-                cpu += time.thread_time() - start
+            start = time.thread_time()
+            (step or take_steps)(model, data, steps, done, here)
+            cpu += time.thread_time() - start
             if _fault(data) is not None:
                 return _locate(model, data, map_, steps, state, done, here, step or take_steps), cpu, here
             done = here
         data.time = steps.t(here)
         memory = data.qacc_warmstart.copy()
         stop = sample(data.time)
-        if _fault(data) is not None:
+        if not finite(data.qacc):  # of the state, only the accelerations are new
             return SteppingEnd(data.time, end_reason(data, map_, data.qvel)), cpu, done
         data.qacc_warmstart[:] = memory
         if stop:
@@ -144,10 +144,16 @@ def sparsely(model: mujoco.MjModel, data: mujoco.MjData, steps: Grid, start: int
         take_steps(model, data, steps, start, end)
 
 
+def finite(values: Array) -> bool:
+    """Whether all of (n,) are finite; the sum of their squares mostly says so at once."""
+    return math.isfinite(values.dot(values)) or bool(np.all(np.isfinite(values)))
+
+
 def _fault(data: mujoco.MjData) -> str | None:
-    if not (np.all(np.isfinite(data.qpos)) and np.all(np.isfinite(data.qvel)) and np.all(np.isfinite(data.qacc))):
+    if not (finite(data.qpos) and finite(data.qvel) and finite(data.qacc)):
         return "not finite"
-    if np.max(np.abs(data.qvel), initial=0.0) > RATE_LIMIT or any(data.warning[k].number for k in UNSOLVED):
+    counts = data.warning.number
+    if np.max(np.abs(data.qvel), initial=0.0) > RATE_LIMIT or any(counts[k] for k in _UNSOLVED):
         return "huge"
     return None
 

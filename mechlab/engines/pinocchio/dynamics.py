@@ -8,6 +8,7 @@ and shafts, springs between points. Dry friction is not in h: it has no value at
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,7 @@ from mechlab.mechanism.kinematics import Kinematics
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Joint, Shaft
 from mechlab.mechanism.statics import DryFriction, spring_force, spring_stretch
+from mechlab.mechanism.structure import structure
 
 
 class Passive:
@@ -204,8 +206,13 @@ class PinPlant:
     def factors(self) -> Factors | None:
         """Factors of mass matrix and constraint rows; None when the mass matrix is singular by itself."""
         if self._factors is None:
-            self._factors = factor(self.mass_matrix(), self.jacobian())
+            self._factors = factor(self.mass_matrix(), self.jacobian(), lambda: self._rank)
         return self._factors
+
+    @cached_property
+    def _rank(self) -> int:
+        """Rank of the constraint rows where the loops are closed."""
+        return structure(self.mechanism).rank
 
     def correction(self, residual: Array) -> Array:
         """(nv,) smallest change of the rates, or displacement, that takes `residual` (rows,) away: J dv = -residual."""

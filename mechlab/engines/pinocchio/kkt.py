@@ -4,11 +4,13 @@
 
 Full rank is the fast path: two Cholesky factors. Rows that repeat others make D singular: then the reactions are
 those of the smallest norm among all that are possible (Udwadia & Kalaba 1992), and the accelerations are unique
-anyhow.
+anyhow. In the middle of a step the loops are a little open, and rows that repeat each other where they are closed do so nearly
+only: whoever knows their rank says it, so that the small difference is not divided by.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +19,8 @@ from scipy.linalg.lapack import dpotrf, dpotrs, dtrtri
 from mechlab.mechanism.geometry import Array
 
 PIVOT = 1e-5
+WEAK = 1e-2
+"""Pivots below this are looked at: in the middle of a step rows that repeat others leave (rate x step)^2, or a singular pose is near."""
 RANK = 1e-10
 
 
@@ -58,8 +62,9 @@ class Factors:
         return np.asarray(self.root.T @ (self.y @ self.reactions(-residual)))
 
 
-def factor(mass: Array, jacobian: Array) -> Factors | None:
-    """Factors of M (nv, nv), J (rows, nv); None when M itself is singular (then use `dense`)."""
+def factor(mass: Array, jacobian: Array, most: Callable[[], int] | None = None) -> Factors | None:
+    """Factors of M (nv, nv), J (rows, nv); None when M itself is singular (then use `dense`). most(): the rank of J where the loops
+    are closed, asked for where it may matter; more combinations of rows are not believed."""
     chol, info = dpotrf(mass, lower=1, clean=1)
     pivots = chol.diagonal().tolist()
     if info != 0 or not min(pivots) > 1e-9 * max(pivots):
@@ -78,13 +83,17 @@ def factor(mass: Array, jacobian: Array) -> Factors | None:
     scaled = delassus / (scale[:, None] * scale)
     scaled.ravel()[:: rows + 1] = 1.0
     small, info = dpotrf(scaled, lower=1)
-    if info == 0 and small.diagonal().min() > PIVOT:
-        return Factors(root, y, scale, small, None, None, rows - int(np.isinf(scale).sum()) if empty else rows)
+    pivot = small.diagonal().min()
+    independent = rows - int(np.isinf(scale).sum()) if empty else rows
+    if info == 0 and pivot > PIVOT and (pivot > WEAK or most is None or most() >= independent):
+        return Factors(root, y, scale, small, None, None, independent)
     void = np.isinf(scale)
     scale = np.where(void, 1.0, scale)
     scaled[void, void] = 0.0
     values, vectors = np.linalg.eigh(scaled)
     keep = values > RANK * max(values[-1], 1e-300)
+    if most is not None:
+        keep[: max(0, rows - most())] = False
     pseudo = (vectors[:, keep] / values[keep]) @ vectors[:, keep].T / np.outer(scale, scale)
     null = np.linalg.qr(vectors[:, ~keep] / scale[:, None])[0]
     return Factors(root, y, scale, None, pseudo, null, int(np.count_nonzero(keep)))

@@ -87,13 +87,14 @@ def _tiles(size: float) -> float:
 
 
 def to_mjcf(
-    m: Mechanism, settings: Settings | None = None, contacts: bool = False, mesh_files: MeshFiles | None = None
-) -> str:
+    m: Mechanism, settings: Settings | None = None, contacts: bool = False, mesh_files: MeshFiles | None = None,
+    bare: bool = False,
+) -> str:  # fmt: skip
     """The mechanism as MJCF text.
 
     `settings` give timestep, integrator and the softness of the constraints (default: the preset accurate). `contacts`:
     let the shapes collide. `mesh_files`: the file of each shape that has one, relative to the MJCF file; shapes without
-    are drawn if they are boxes, cylinders or spheres.
+    are drawn if they are boxes, cylinders or spheres. bare: without shapes, sensors and keyframe, for a model that is only stepped.
     """
     s = settings or Settings()
     files = mesh_files or {}
@@ -110,12 +111,13 @@ def to_mjcf(
     add(add(root, "custom"), "text", name="written_by", data="mechlab")
     _defaults(root, contacts)
     meshes = _assets(root, files)
-    write_tree(root, m, s, plan, loops.loop_ends(m, plan, size), meshes, files, size)
+    write_tree(root, m, s, plan, loops.loop_ends(m, plan, size), meshes, files, size, not bare)
     drives.write_tendons(root, m, s, size)
     loops.write_equalities(root, m, plan, s)
     controls = drives.write_actuators(root, m, size)
-    drives.write_sensors(root, m)
-    drives.write_home(root, m, plan, controls)
+    if not bare:
+        drives.write_sensors(root, m)
+        drives.write_home(root, m, plan, controls)
     return text(root)
 
 

@@ -37,11 +37,12 @@ def write_tree(
     meshes: Mapping[str, str],
     mesh_files: MeshFiles,
     size: float,
+    drawn: bool = True,
 ) -> None:
-    """The <worldbody> with one fixed body `base` around everything. `meshes`: file -> name of its mesh asset."""
+    """The <worldbody> with one fixed body `base` around everything. `meshes`: file -> name of its mesh asset; drawn: with the shapes."""
     world = add(root, "worldbody")
     elements = {GROUND: add(world, "body", name=names.BASE)}
-    for item in m.ground_shapes:
+    for item in m.ground_shapes if drawn else ():
         _geom(elements[GROUND], item, meshes, mesh_files)
     for body in m.bodies:
         stages = joint_stages(body.joints)
@@ -57,10 +58,10 @@ def write_tree(
                 _inertial(element, Inertia(), True)
         elements[body.name] = element
         _inertial(element, own_share(m, plan, body.name), bool(body.joints))
-        for item in body.shapes:
+        for item in body.shapes if drawn else ():
             _geom(element, item, meshes, mesh_files)
     for shaft in m.shafts:
-        for item in shaft.shapes:
+        for item in shaft.shapes if drawn else ():
             _geom(elements[shaft.body], item, meshes, mesh_files, shaft.placement)
     for c in plan:
         element = add(elements[c.host], "body", name=names.connector_name(c.loop.name), **pose(c.placement))

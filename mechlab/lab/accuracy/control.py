@@ -8,7 +8,6 @@ from __future__ import annotations
 import platform
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 import scipy
@@ -20,28 +19,21 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.energy import dissipation, energy_finding
 from mechlab.experiment.findings import kinematic_findings
 from mechlab.experiment.held_rates import captured
-from mechlab.experiment.laws import applied_force
 from mechlab.experiment.ranges import unstopped_finding
-from mechlab.experiment.recording import Cost, Finding, Health, Recording, limit_finding, over_samples, run_channels
+from mechlab.experiment.recording import Cost, Finding, Health, Recording, limit_finding, run_channels
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.experiment.tree_plant import TreePlant
+from mechlab.lab.accuracy.dense import BETWEEN, accelerations, law_forces
 from mechlab.lab.accuracy.measure import ErrorMeasure
 from mechlab.lab.accuracy.result import NeighbourMotion, Solution
 from mechlab.lab.accuracy.solve import solve_to
 from mechlab.lab.design import Design
-from mechlab.lab.methods import Problem
+from mechlab.lab.methods import Problem, has_kinks
 from mechlab.lab.problem_settings import other_softness
 from mechlab.mechanism import Mechanism
-from mechlab.mechanism.batch_dynamics import BatchDynamics
-from mechlab.mechanism.geometry import Array
 
 OUTPUTS = 400
 STATES_SUFFICE = frozenset({"poses", "drive_forces"})
 
-
-BETWEEN = 0.125
-"""Error of interpolation between the states, over its change when every second state is left out. It is of fifth degree
-in the positions, so that the error of its second derivative falls with the fourth power of the distance."""
 ComparedRuns = tuple[tuple[Recording, float], ...]
 
 
@@ -60,12 +52,14 @@ def run_to_error(design: Design, scene: Scene, max_error: float, at: Sequence[fl
     It is made from the states whose error was estimated where those are all that the scene needs; otherwise an engine runs the
     scene with the accepted settings, and its difference from those states counts as error too.
     """
-    with spent_on("probe"):
-        result = solve_to(design, scene, max_error, OUTPUTS)
-    move_cost("probe", "integrate", result.run_s)
     m = design.mechanism(scene.fidelity)
     remembers = any(tuple(getattr(law, "start", tuple)()) for law in scene.laws)
-    suffice = set(scene.needs) <= STATES_SUFFICE and not remembers and result.settings.engine in ("mujoco", "pinocchio")
+    # kinks come between the samples: only the steps account for the energy there
+    suffice = set(scene.needs) <= STATES_SUFFICE and not remembers and not has_kinks(scene)
+    with spent_on("probe"):
+        result = solve_to(design, scene, max_error, OUTPUTS, sparse=suffice)
+    move_cost("probe", "integrate", result.run_s)
+    suffice = suffice and result.settings.engine in ("mujoco", "pinocchio")
     if result.motion is not None or result.extrapolated or suffice:
         return ControlledRun(recording_of(m, scene, result, at), _of_states(m, scene, result, at))
     times = np.union1d(result.t, np.asarray(at, dtype=float)).tolist()
@@ -139,14 +133,14 @@ def motion_of(mechanism: Mechanism, scene: Scene, result: Solution, at: Sequence
         states = result.motion.states(t, accelerations=True)
         assert states.a is not None
         q, v, a = states.q, states.v, states.a
-        forces = _forces(mechanism, scene, t, q, v)[1]
+        forces = law_forces(mechanism, scene, t, q, v)[1]
     else:
-        pushes, forces = _forces(mechanism, scene, result.t, result.q, result.v)
-        q, v, a = result.q, result.v, _accelerations(mechanism, result.q, result.v, pushes)
+        pushes, forces = law_forces(mechanism, scene, result.t, result.q, result.v)
+        q, v, a = result.q, result.v, accelerations(mechanism, result.q, result.v, pushes)
         if len(t) > len(q) or every > 1:
             spline = BPoly.from_derivatives(result.t[::every], np.stack([q, v, a], axis=1)[::every])
             q, v, a = spline(t), spline.derivative()(t), spline.derivative(2)(t)
-            forces = _forces(mechanism, scene, t, q, v)[1]
+            forces = law_forces(mechanism, scene, t, q, v)[1]
     channels, units = run_channels(mechanism, q, v, a, forces)
     return Recording(
         mechanism, t, q, v, channels, units, settings=result.settings, scene=scene.name, name=mechanism.name,
@@ -182,28 +176,6 @@ def _with_health(made: Recording, scene: Scene, result: Solution) -> Recording:
     versions = {"numpy": np.__version__, "scipy": scipy.__version__, "python": platform.python_version()}
     cost = Cost(result.cpu_s, len(result.t) - 1, result.evaluations)
     return replace(made, health=Health(tuple(found)), cost=cost, versions=versions)
-
-
-def _forces(m: Mechanism, scene: Scene, t: Array, q: Array, v: Array) -> tuple[Array, dict[str, Array]]:
-    """Of the laws, at states q (n, nq), v (n, nv) at times t (n,): generalised forces (n, nv), and joint or shaft -> (n,) force."""
-    if not scene.laws:
-        return np.zeros_like(v), {}
-    plant = TreePlant(m)
-    made = [applied_force(m, scene.laws, x, plant.set(q[k], v[k], x)) for k, x in enumerate(t.tolist())]
-    return np.array([x for x, _ in made]), over_samples([x for _, x in made])
-
-
-def _accelerations(m: Mechanism, q: Array, v: Array, forces: Array) -> Array:
-    """(n, nv) at states q (n, nq), v (n, nv): rigid dynamics under the forces (n, nv), without dry friction."""
-    if all(j.nv == 1 for j in m.joints):
-        return _dynamics(m).accelerations(q, v, forces)
-    plant = TreePlant(m)
-    return np.array([plant.set(*state).accelerations(force) for *state, force in zip(q, v, forces, strict=True)])
-
-
-@lru_cache(maxsize=8)
-def _dynamics(m: Mechanism) -> BatchDynamics:
-    return BatchDynamics(m)
 
 
 def with_estimate(recording: Recording, result: Solution, difference: float) -> Recording:

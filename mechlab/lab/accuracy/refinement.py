@@ -17,7 +17,8 @@ from mechlab.experiment.held_rates import captured
 from mechlab.experiment.recording import Trace
 from mechlab.experiment.scene import Settings
 from mechlab.integrate import OutOfWork, work_done, work_limit
-from mechlab.lab.accuracy.measure import ErrorMeasure, largest
+from mechlab.lab.accuracy.dense import BETWEEN, DenseStates, dense_states, meets_range, with_difference
+from mechlab.lab.accuracy.measure import ErrorMeasure, change, largest
 from mechlab.lab.accuracy.result import NeighbourMotion
 from mechlab.lab.accuracy.rules import EPSILON, EXTRAPOLATED, LOOPS_ORDER, RULES, MethodRule
 from mechlab.lab.methods import Method, Problem, has_kinks
@@ -38,7 +39,9 @@ class RefinedMethod:
     values: their steps [s] or tolerances; traces: their states; tables: extrapolated states (Richardson); tracked: tracked
     quantities of the best. estimate: error of the last run; work, first_work [s]: of the last and the first run that got to the
     end; done [s], cpu_s: of all runs; failures: number of runs that failed; ended: why no sharper run can be made;
-    recaptured: the best run once more, with half the time in which held rates are captured.
+    recaptured: the best run once more, with half the time in which held rates are captured. longest: the longest first step,
+    in distances of the outputs (a power of 2); a run with longer steps has fewer outputs, at its steps. dense: the last run at all
+    outputs, where its steps are longer.
     """
 
     rule: MethodRule
@@ -58,6 +61,36 @@ class RefinedMethod:
     failures: int = 0
     ended: str = ""
     recaptured: Trace | None = None
+    longest: int = 1
+    dense: DenseStates | None = None
+
+    @property
+    def times(self) -> Array:
+        """Times of the outputs [s]."""
+        return np.linspace(0.0, self.problem.scene.duration, self.problem.outputs + 1)
+
+    def nodes(self, count: int) -> Array:
+        """Times of a run with so many states."""
+        return np.linspace(0.0, self.problem.scene.duration, count)
+
+    def fill(self) -> float:
+        """Make the states of the last run at all outputs, and return the error [unit] that this adds: 0 where its steps are no longer
+        than their distance, infinite where it meets the end of a range between them."""
+        q, v = self.tables[-1][-1]
+        self.dense = None
+        if len(q) == self.problem.outputs + 1:
+            return 0.0
+        p, t = self.problem, self.times
+        d = self.dense = dense_states(p.mechanism, p.scene, self.nodes(len(q)), q, v, t)
+        tracked = self.measure(t, d.q, d.v)
+        if meets_range(p.mechanism, d.q):
+            return math.inf
+        return change(tracked, self.tracked[-1]) + BETWEEN * largest(self.measure(t, d.fewer_q, d.fewer_v) - tracked)
+
+    @property
+    def states(self) -> tuple[Array, Array]:
+        """q (n, nq), v (n, nv) of the last run at all outputs, once `fill` was called."""
+        return self.best if self.dense is None else (self.dense.q, self.dense.v)
 
     @property
     def best(self) -> tuple[Array, Array]:
@@ -100,13 +133,42 @@ class RefinedMethod:
             return count * self.expected_work
         return self.work * (2.0 if self.rule.control == "step" else 1.6)
 
+    @property
+    def cost_to_target(self) -> float:
+        """Expected work [s] until the error is met, if its runs go on to converge as they do; before there is an estimate, if
+        the first one possible meets it. Infinite where no further run can be made."""
+        cost, growth = self.next_cost, 2.0 if self.rule.control == "step" else 1.6
+        more = max(1, self._enough - len(self.tracked))
+        if math.isfinite(self.estimate) and self.estimate > 0.0 and self.rule.control == "step":
+            needed = math.log2(RULES.safety * self.estimate / self.target) / max(self._seen_order, 0.5)
+            more = max(more, math.ceil(min(needed, 30.0)))
+        return cost * (growth**more - 1.0) / (growth - 1.0)
+
+    @property
+    def _enough(self) -> int:
+        """Number of runs that can give an estimate at best."""
+        if self.rule.control == "tolerance":
+            return 2 if self.rule.error_left[0] else RULES.runs
+        long = not self.values or self._outputs(self.values[-1]) < self.problem.outputs
+        return RULES.runs if self.rule.extrapolated or has_kinks(self.problem.scene) or long and self.longest > 1 else 2
+
+    @property
+    def _seen_order(self) -> float:
+        """The order that the last three runs show, at most the theoretical one, which counts before there are three."""
+        if len(self.tracked) < 3:
+            return self._order
+        last, before = change(self.tracked[-1], self.tracked[-2]), change(self.tracked[-2], self.tracked[-3])
+        return min(self._order, math.log2(before / last)) if 0.0 < last < before else 0.5
+
     def cost_given(self, others: Sequence[RefinedMethod]) -> float:
-        """`next_cost`; for a first run at least the first run of another method with the same integrator, scaled by the
-        prices of their equations of motion."""
+        """`cost_to_target`; before the first run at least that of the first run of another method with the same integrator,
+        scaled by the prices of their equations of motion."""
         alike = [x for x in others if x.rule.integrator == self.rule.integrator and x.first_work]
+        cost = self.cost_to_target
         if self.traces or self.ended or not alike:
-            return self.next_cost
-        return max(self.next_cost, min(x.first_work * self.expected_work / x.expected_work for x in alike))
+            return cost
+        least = min(x.first_work * self.expected_work / x.expected_work for x in alike)
+        return cost * max(1.0, least / self.next_cost)
 
     def refine(self, budget: float) -> None:
         """Make one more run, within `budget` [s] of counted work."""
@@ -124,7 +186,7 @@ class RefinedMethod:
             self._note_failure(str(cause))
             return
         self.work = work
-        if not trace.complete or not np.all(np.isfinite(trace.q)) or len(trace.q) != self.problem.outputs + 1:
+        if not trace.complete or not np.all(np.isfinite(trace.q)) or len(trace.q) != self._outputs(value) + 1:
             self.values.append(value)
             self._note_failure(trace.reason or "the state is not finite")
             return
@@ -147,7 +209,7 @@ class RefinedMethod:
         plain = self.traces[-2]
         if len(trace.q) != len(plain.q):
             return math.inf
-        t = np.linspace(0.0, scene.duration, self.problem.outputs + 1)
+        t = self.nodes(len(plain.q))
         return largest(self.measure(t, trace.q, trace.v) - self.measure(t, plain.q, plain.v))
 
     def capture_error(self) -> float:
@@ -161,7 +223,7 @@ class RefinedMethod:
         plain, self.recaptured = self.traces[-1], trace
         if len(trace.q) != len(plain.q):
             return math.inf
-        t = np.linspace(0.0, p.scene.duration, p.outputs + 1)
+        t = self.nodes(len(plain.q))
         return 2.0 * largest(self.measure(t, trace.q, trace.v) - self.measure(t, plain.q, plain.v))
 
     def neighbours(self, rounding: float) -> Iterator[NeighbourMotion]:
@@ -170,10 +232,16 @@ class RefinedMethod:
         from `rounding_error`."""
         if len(self.tables) < 2:
             return
-        change, error = largest(self.tracked[-1] - self.tracked[-2]), self.estimate + rounding
-        share = error / change if change > 0.0 else 1.0
+        last, error = change(self.tracked[-1], self.tracked[-2]), self.estimate + rounding
+        share, settings = error / last if last > 0.0 else 1.0, self.method.settings(self.values[-2])
         q, v = self.tables[-2][-1]
-        yield NeighbourMotion(RULES.safety * share, self.method.settings(self.values[-2]), q, v)
+        if self.dense is not None:
+            fine_q, fine_v = (x[:: (len(x) - 1) // (len(q) - 1)] for x in self.best)
+            moved = with_difference(self.dense, self.nodes(len(q)), q - fine_q, v - fine_v, self.times)
+            yield NeighbourMotion(RULES.safety * share, settings, *moved)
+            yield NeighbourMotion(BETWEEN, settings, self.dense.fewer_q, self.dense.fewer_v)
+            return
+        yield NeighbourMotion(RULES.safety * share, settings, *self._at_outputs(q, v))
         if self.recaptured is None:
             return
         # compared with the plain run, since the extrapolated one is another
@@ -184,10 +252,26 @@ class RefinedMethod:
         q, v = q + other.q - plain.q, v + other.v - plain.v
         yield NeighbourMotion(2.0 * RULES.safety, self.settings, q, v, captured=CAPTURE_SHARE)
 
+    def _at_outputs(self, q: Array, v: Array) -> tuple[Array, Array]:
+        """The states of a coarser run at all outputs: those of the last run, moved by their difference at its nodes."""
+        best_q, best_v = self.best
+        if len(q) == len(best_q):
+            return q, v
+        stride = (len(best_q) - 1) // (len(q) - 1)
+        plain = DenseStates(best_q, best_v, best_q, best_v)
+        return with_difference(plain, self.nodes(len(q)), q - best_q[::stride], v - best_v[::stride], self.times)
+
+    def _outputs(self, value: float) -> int:
+        """Number of output intervals of a run at a step [s] or tolerance."""
+        count = self.problem.outputs
+        if self.rule.control == "tolerance":
+            return count
+        return count // max(1, round(value * count / self.problem.scene.duration))
+
     def _run(self, problem: Problem, value: float) -> tuple[Trace, float]:
         """A run and its work [s], which is added to `done`, its CPU time to `cpu_s`."""
         before = work_done()
-        trace = self.method.run(problem, value)
+        trace = self.method.run(replace(problem, outputs=self._outputs(value)), value)
         work = work_done() - before
         self.done += work
         self.cpu_s += trace.cpu_s
@@ -206,7 +290,7 @@ class RefinedMethod:
         between = self.problem.scene.duration / self.problem.outputs
         if self.values:
             return 0.5 * self.values[-1]
-        first = between
+        first = between * (1 if self.rule.extrapolated else self.longest)
         if self.rule.stable and self.fastest > 0.0:
             first = min(first, self.rule.stable / self.fastest)
         return between / 2 ** math.ceil(math.log2(between / first) - 1e-9)
@@ -231,22 +315,22 @@ class RefinedMethod:
         self.tables.append(row)
 
     def _estimate_error(self) -> None:
-        t = np.linspace(0.0, self.problem.scene.duration, self.problem.outputs + 1)
-        rows = self.tables
-        self.tracked.append(self.measure(t, *rows[-1][-1]))
+        q, v = self.tables[-1][-1]
+        self.tracked.append(self.measure(self.nodes(len(q)), q, v))
         if len(self.tracked) < 2:
             return
-        last = largest(self.tracked[-1] - self.tracked[-2])
+        last = change(self.tracked[-1], self.tracked[-2])
         if self.rule.control == "tolerance":
             # the change is the error of the coarser run; one that started far above the target may agree by chance
             enough = 2 if self.rule.error_left[0] else RULES.runs
             self.estimate = last if len(self.tracked) >= enough else math.inf
             return
         if len(self.tracked) < RULES.runs:
-            # two runs of a method that does not extrapolate: the change itself, not a share of it
-            self.estimate = math.inf if self.rule.extrapolated or has_kinks(self.problem.scene) else last
+            # two runs of a method that does not extrapolate: the change itself, not a share of it; long steps may agree by chance
+            unsure = self.rule.extrapolated or has_kinks(self.problem.scene) or len(q) <= self.problem.outputs
+            self.estimate = math.inf if unsure else last
             return
-        before = largest(self.tracked[-2] - self.tracked[-3])
+        before = change(self.tracked[-2], self.tracked[-3])
         if has_kinks(self.problem.scene):
             # which step a kink falls into is chance: two runs may agree by luck, and none is better than the change
             self.estimate = max(last, before / KINK_RATIO)

@@ -21,7 +21,7 @@ from mechlab.experiment.scene import Scene, initial_state
 from mechlab.lab.accuracy.by_energy import SolveTask, solve_as_pendulum, solve_by_energy
 from mechlab.lab.accuracy.check import CheckRunner
 from mechlab.lab.accuracy.energies import OneJointEnergies, energies_of, why_energy_is_not_enough
-from mechlab.lab.accuracy.measure import CostCounter, ErrorMeasure, largest
+from mechlab.lab.accuracy.measure import CostCounter, ErrorMeasure, change
 from mechlab.lab.accuracy.refinement import RefinedMethod
 from mechlab.lab.accuracy.result import (
     LIMITED_BY_CAPTURE,
@@ -33,7 +33,7 @@ from mechlab.lab.accuracy.result import (
 )
 from mechlab.lab.accuracy.rules import METHOD_RULES, RULES
 from mechlab.lab.design import Design
-from mechlab.lab.fastest_rate import fastest_rate
+from mechlab.lab.fastest_rate import command_rate, fastest_rate
 from mechlab.lab.methods import Problem
 from mechlab.mechanism.batch_tree import BatchRows, BatchTree
 from mechlab.mechanism.geometry import Array
@@ -42,9 +42,12 @@ from mechlab.mechanism.structure import structure
 T = TypeVar("T")
 
 
-def solve_to(design: Design, scene: Scene | str | None, max_error: float, outputs: int = 100) -> Solution:
+def solve_to(
+    design: Design, scene: Scene | str | None, max_error: float, outputs: int = 100, sparse: bool = True
+) -> Solution:
     """The scene of a design at `outputs` + 1 even times with an error of at most `max_error` [m or rad].
 
+    sparse: steps may be longer than the distance of the outputs, where the motion is smooth.
     Raises MechlabError for an error that is not positive, NoSolution when no method gets to the end at all.
     """
     if not (math.isfinite(max_error) and max_error > 0.0):
@@ -71,11 +74,17 @@ def solve_to(design: Design, scene: Scene | str | None, max_error: float, output
             if solved.reached or solved.estimate < RULES.floor:
                 return solved
             other = solve_by_refinement(
-                problem, measure, max_error, freedoms, f"{solved.method} stays at {solved.estimate:.2g}", counter
+                problem,
+                measure,
+                max_error,
+                freedoms,
+                f"{solved.method} stays at {solved.estimate:.2g}",
+                counter,
+                sparse,
             )
             best = other if other.reached or other.estimate < solved.estimate else solved
             return replace(best, cpu_s=other.cpu_s)
-    return solve_by_refinement(problem, measure, max_error, freedoms, why, CostCounter())
+    return solve_by_refinement(problem, measure, max_error, freedoms, why, CostCounter(), sparse)
 
 
 def _solve_without_steps(
@@ -97,27 +106,30 @@ def _solve_without_steps(
 
 
 def solve_by_refinement(
-    problem: Problem, measure: ErrorMeasure, max_error: float, freedoms: int, why: str, counter: CostCounter
-) -> Solution:
+    problem: Problem, measure: ErrorMeasure, max_error: float, freedoms: int, why: str, counter: CostCounter,
+    sparse: bool = False,
+) -> Solution:  # fmt: skip
     """The scene by the cheapest method that meets the error. why: the reason, in words, that the energy quadrature does not apply.
 
     Raises NoSolution where no method gets to the end of the scene, MechlabError where no engine is installed that could.
     """
     t = np.linspace(0.0, problem.scene.duration, problem.outputs + 1)
     fastest = fastest_rate(problem.mechanism, problem.scene)
-    candidates = [RefinedMethod(rule, problem, measure, fastest, max_error) for rule in METHOD_RULES]
+    longest = _longest_step(problem) if sparse else 1
+    candidates = [RefinedMethod(rule, problem, measure, fastest, max_error, longest=longest) for rule in METHOD_RULES]
     with counter.building():
         candidates = [x for x in candidates if _usable(x, freedoms)]
     if not candidates:
         raise MechlabError(f"{problem.design.name}: no engine is installed that can control the error of this scene.")
     winner: RefinedMethod | None = None
     while winner is None:
-        cost, x = min(((one.cost_given(candidates), one) for one in candidates), key=lambda pair: pair[0])
         left = RULES.work - counter.work
-        if math.isinf(cost) or cost > left:
+        affordable = [one for one in candidates if one.next_cost <= left]
+        if not affordable:
             break
+        x = min(affordable, key=lambda one: one.cost_given(candidates))
         _counting_runs_only(counter, x, partial(x.refine, left))
-        if RULES.safety * x.estimate <= max_error:
+        if RULES.safety * x.estimate <= max_error and RULES.safety * (x.estimate + x.fill()) <= max_error:
             winner = x
     rounding = 0.0
     # a tolerance needs no such run: its error per step grows as rounding does, is 100 times as large, and is estimated
@@ -128,7 +140,8 @@ def solve_by_refinement(
         raise NoSolution(f"{problem.design.name}: no method gets to the end of the scene ({_why_ended(candidates)}).")
     best = winner or min(ran, key=lambda x: x.estimate)
     capture = _counting_runs_only(counter, best, best.capture_error)
-    q, v = best.best
+    filled = best.fill() if best is not winner or best.dense is not None else 0.0
+    q, v = best.states
     tracked = measure(t, q, v)
     checked = _check_by_other(best, [x for x in ran if x is not best], t, problem)
     if checked is None:
@@ -142,7 +155,7 @@ def solve_by_refinement(
         f"there ({why}{stiff})"
     )
     size = float(np.max(np.abs(tracked), initial=1.0))
-    total = best.estimate + rounding + capture
+    total = best.estimate + rounding + capture + filled
     part = cause = ""
     if capture > max(best.estimate, rounding):
         part, cause = f"the capture of held rates {capture:.1g}", LIMITED_BY_CAPTURE
@@ -157,6 +170,29 @@ def solve_by_refinement(
         best.traces[-1].steps, ok, sentence, replace(best.settings, preset="max_error"), checked,
         extrapolated=best.rule.extrapolated, neighbours=tuple(best.neighbours(rounding)), run_s=best.run_s,
     )  # fmt: skip
+
+
+LONGEST, FEWEST_STEPS = 16, 25
+"""The longest first step, in distances of the outputs, and the fewest first steps."""
+RESOLVED_COMMAND = 0.5
+"""Largest step times the rate of what laws command [rad]: longer steps might see the same phase again and again."""
+
+
+def _longest_step(problem: Problem) -> int:
+    """The longest first step in distances of the outputs, a power of 2; 1 where the motion may have kinks or laws change at a rate
+    that is not known."""
+    m, scene = problem.mechanism, problem.scene
+    rate = command_rate(scene)
+    rough = is_rough(m) or any(x.range is not None for x in m.springs)
+    if math.isinf(rate) or rough or any(j.nv != 1 for j in m.joints):
+        return 1
+    longest = 1
+    while longest < LONGEST:
+        fewer = problem.outputs // (2 * longest)
+        if problem.outputs % (2 * longest) or fewer < FEWEST_STEPS or scene.duration / fewer * rate > RESOLVED_COMMAND:
+            break
+        longest *= 2
+    return longest
 
 
 def _counting_runs_only(counter: CostCounter, one: RefinedMethod, work: Callable[[], T]) -> T:
@@ -190,9 +226,9 @@ def _check_by_other(best: RefinedMethod, others: list[RefinedMethod], t: Array, 
     others_run = [x for x in others if len(x.tracked) >= 2]
     if not others_run:
         return None
-    other = min(others_run, key=lambda x: largest(x.tracked[-1] - x.tracked[-2]))
-    own = largest(other.tracked[-1] - other.tracked[-2])
-    difference = largest(other.tracked[-1] - best.tracked[-1])
+    other = min(others_run, key=lambda x: change(x.tracked[-1], x.tracked[-2]))
+    own = change(other.tracked[-1], other.tracked[-2])
+    difference = change(other.tracked[-1], best.tracked[-1])
     unit = best.measure.unit
     sentence = (
         f"check by {other.rule.name} up to t = {t[-1]:.4g} s: it differs by {difference:.2g} {unit}, and changes by {own:.2g} {unit} "

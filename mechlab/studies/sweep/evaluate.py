@@ -28,7 +28,7 @@ from mechlab.studies.sweep.request import (
     SweepBlock,
     SweepRequest,
 )
-from mechlab.studies.sweep.rollout import roll_block
+from mechlab.studies.sweep.rollout import Group, roll_block
 
 DIFFERENCE = "max_difference"
 """Name of the quantity that is the largest difference between any two witnesses."""
@@ -170,6 +170,7 @@ def evaluate(request: SweepRequest, block: int, threads: int = 1) -> SweepBlock:
     """
 
     out = SweepBlock.empty(request.span(block)[1] - request.span(block)[0], len(request.quantities))
+    together: list[Group] = []
     for where, changes, rest in groups(request, block):
         try:
             made = varied(base(request), dict(sorted(changes.items())))
@@ -181,9 +182,11 @@ def evaluate(request: SweepRequest, block: int, threads: int = 1) -> SweepBlock:
         elif request.method == ANSWERS:
             answers_one_by_one(request, made, where, rest, out)
         elif request.method == ROLLOUT:
-            roll_block(request, made, where, rest, out, threads)
+            together.append((where, made, rest))
         else:
             runs_one_by_one(request, made, where, rest, out)
+    for where, made, given in roll_block(request, together, out, threads):
+        runs_one_by_one(request, made, where, given, out)
     return out
 
 

@@ -36,7 +36,7 @@ from mechlab.studies.sweep.request import (
     SweepRequest,
     block_size,
 )
-from mechlab.studies.sweep.rollout import why_not
+from mechlab.studies.sweep.rollout import scene_of, why_not
 from mechlab.values import Quantity as Written
 from mechlab.values import Range, has_unit
 
@@ -104,7 +104,18 @@ def plan(
     _refuse_idle(request, sorted(rest), starts)
     if count * len(request.quantities) > MOST_NUMBERS:
         raise _too_many(base.name, count, len(request.quantities))
-    return replace(request, block=block_size(request.method, count))
+    return replace(request, block=block_size(request.method, count, _steps(request, chosen)))
+
+
+def _steps(request: SweepRequest, chosen: Design) -> float:
+    """Steps of a motion of a rollout, at the first of a few points that gives a design; 1 for other methods."""
+    for one in corners(chosen, request.axes) if request.method == ROLLOUT else ():
+        try:
+            _, _, scene, settings = scene_of(request, one)
+        except MechlabError:
+            continue
+        return max(1.0, scene.duration / settings.timestep)
+    return 1.0
 
 
 def _too_many(name: str, points: int, quantities: int) -> MechlabError:

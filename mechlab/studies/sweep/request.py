@@ -64,7 +64,7 @@ CLOSED_FORM, ANSWERS, ROLLOUT, RUNS = "closed form", "answers", "rollout", "runs
 METHODS = {
     CLOSED_FORM: "the closed form takes a block of points at once",
     ANSWERS: "one question for each point",
-    ROLLOUT: "mujoco.rollout steps a block of initial states in the engine",
+    ROLLOUT: "mujoco.rollout steps a block of motions in the engine",
     RUNS: "one run or check for each point",
 }
 """Methods of computation, with an explanation of each."""
@@ -177,9 +177,20 @@ class SweepRequest:
         return hashlib.sha256(json.dumps(self.description(), sort_keys=True).encode()).hexdigest()
 
 
-def block_size(method: str, count: int) -> int:
-    """Number of points of a block. It depends on the request alone, so that blocks are the same for every scheduler."""
-    if method in (CLOSED_FORM, ROLLOUT):
+ROLLOUTS, FEW_TOGETHER = 16, 64
+"""Least number of blocks of a sweep by rollout, for a cluster, and motions of a block that are worth a call."""
+BLOCK_STEPS = 4_000_000
+"""Steps of all motions of a block of rollouts, some 10 to 100 s of work, unless a single motion takes more."""
+
+
+def block_size(method: str, count: int, steps: float = 1.0) -> int:
+    """Number of points of a block. It depends on the request alone, so that blocks are the same for every scheduler.
+
+    steps: of each motion of a rollout.
+    """
+    if method == ROLLOUT:
+        return max(1, min(max(count // ROLLOUTS, FEW_TOGETHER), BLOCK[method], int(BLOCK_STEPS / steps)))
+    if method == CLOSED_FORM:
         return BLOCK[method]
     return max(1, min(BLOCK[method], count // FEWEST_BLOCKS))
 

@@ -1,19 +1,16 @@
-"""Runs of points that differ only in initial state and constant loads: MuJoCo steps a whole block inside the engine."""
+"""Runs of many points at once: MuJoCo steps a block of them inside the engine, whatever they differ in: initial state, constant
+loads, or parameters that leave the structure of the model."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
-from mechlab.experiment.acting import is_rough
-from mechlab.experiment.energy import ENERGY_LIMIT
-from mechlab.experiment.findings import GAP_LIMIT
-from mechlab.experiment.laws import Constant
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings, initial_state
 from mechlab.lab.design import AUTO, Design
@@ -24,12 +21,19 @@ from mechlab.mechanism.geometry import Array
 from mechlab.studies.named.number import NamedNumber, reduced
 from mechlab.studies.sweep.request import UNTRUSTED, SweepBlock, SweepRequest
 
+if TYPE_CHECKING:
+    from mechlab.engines.mujoco.batch import Batch, Motions
+
 FEWEST = 16
 """Least number of motions for a rollout; fewer are run one by one, each with a complete health record."""
 NUMBERS = 20_000_000
 """Largest number of values in the samples of motions that are rolled out together (160 MB)."""
-FINDINGS = ("energy_balance", "relation_residual")
-"""Findings that a rollout computes; it also tells whether a motion reached its end."""
+FINDINGS = ("energy_balance", "relation_residual", "loop_gap", "loop_angle")
+"""Findings that a rollout computes; it also tells whether a motion reached its end, opened a loop or changed the mode that its scene
+keeps."""
+
+Group = tuple[np.ndarray, Design, Mapping[str, Any]]
+"""Points of a block that share a design: their indices (n,), the design, the other given values, each a number or (n,)."""
 
 
 def scene_of(request: SweepRequest, design: Design) -> tuple[Design, Mechanism, Scene, Settings]:
@@ -46,30 +50,27 @@ def scene_of(request: SweepRequest, design: Design) -> tuple[Design, Mechanism, 
 
 def why_not(request: SweepRequest, design: Design) -> str:
     """The reason why the points of a request cannot be rolled out; empty when they can."""
-    varied = [a for a in request.axes if a.role != "parameter"]
-    if int(np.prod([len(a.values) for a in varied])) < FEWEST:
-        return f"fewer than {FEWEST} initial states or loads for each design"
+    if request.count < FEWEST:
+        return f"fewer than {FEWEST} points"
     if request.engine not in (None, "mujoco"):
         return f"the engine is {request.engine}"
     if AUTO in (request.fidelity, design.recipe(request.scene).fidelity):
         return "the fidelity is chosen for each run"
+    _, mechanism, scene, settings = scene_of(request, design)
+    if scene.file is not None:
+        return "a file is run as it is"
+    engine("mujoco")  # raises EngineMissing where it is not installed
+    from mechlab.engines.mujoco.batch import why_not_together
+
+    reason = why_not_together(mechanism, scene, settings)
+    if reason:
+        return reason
     for q in request.quantities:
         if q.of_check or (q.kind == "finding" and q.name not in FINDINGS):
             return f"{q.label} takes a run of its own"
         if q.kind == "channel" and not _from_states(q, design, request):
             return f"{q.label} takes more than the states"
-    _, mechanism, scene, settings = scene_of(request, design)
-    others = [x.kind for x in scene.laws if not isinstance(x, Constant)]
-    steps = scene.duration / settings.timestep
-    reasons = {
-        f"the scene has laws that Python evaluates ({', '.join(others)})": bool(others),
-        "the scene keeps its assembly mode": bool(scene.keep_mode), "there are loops": bool(mechanism.loops),
-        "there is dry friction": is_rough(mechanism), "there are damped springs": any(s.damping for s in mechanism.springs),
-        "there are joints of three coordinates": any(j.nv != 1 for j in mechanism.joints),
-        f"the engine of the scene is {settings.engine}": settings.engine != "mujoco",
-        "the timestep does not divide the duration": abs(steps - round(steps)) > 1e-9,
-    }  # fmt: skip
-    return next((text for text, holds in reasons.items() if holds), "")
+    return ""
 
 
 def _from_states(quantity: NamedNumber, design: Design, request: SweepRequest) -> bool:
@@ -81,7 +82,7 @@ def _from_states(quantity: NamedNumber, design: Design, request: SweepRequest) -
     if quantity.name not in design.entry.channels:
         return False
     one = np.zeros((2, mechanism.nv))
-    states = _States(mechanism, mechanism.reference()[None] + one, one)
+    states = _States(mechanism, mechanism.reference()[None] + one, one, [])
     bare = Recording(mechanism, np.arange(2.0), states.q, one, states)
     try:
         design.entry.channels[quantity.name][1](design.parameters, bare)
@@ -91,11 +92,11 @@ def _from_states(quantity: NamedNumber, design: Design, request: SweepRequest) -
 
 
 class _States(dict[str, Array]):
-    """Basic channels of states q (n, nq), v (n, nv), computed at the first access."""
+    """Basic channels of states q (n, nq), v (n, nv), computed at the first access; `trees` is shared by the states of a mechanism."""
 
-    def __init__(self, mechanism: Mechanism, q: Array, v: Array) -> None:
+    def __init__(self, mechanism: Mechanism, q: Array, v: Array, trees: list[BatchTree]) -> None:
         super().__init__()
-        self.mechanism, self.q, self.v = mechanism, q, v
+        self.mechanism, self.q, self.v, self._trees = mechanism, q, v, trees
 
     def __contains__(self, name: object) -> bool:
         try:
@@ -115,78 +116,135 @@ class _States(dict[str, Array]):
             points = {f"{f.name}_{a}": (k, i) for k, f in enumerate(m.frames) for i, a in enumerate("xyz")}
             if name not in points:
                 raise KeyError(name)
-            places = BatchTree(m).frame_positions(self.q)
+            if not self._trees:
+                self._trees.append(BatchTree(m))
+            places = self._trees[0].frame_positions(self.q)
             self.update({n: places[:, k, i] for n, (k, i) in points.items()})
             return self[name]
         self[name] = np.asarray(found)
         return self[name]
 
 
-def roll_block(
-    request: SweepRequest, design: Design, where: np.ndarray, rest: Mapping[str, Any], out: SweepBlock, threads: int
-) -> None:
-    """Roll out all motions of a group and put their numbers into the block."""
-    engine("mujoco")  # raises EngineMissing where it is not installed
+def roll_block(request: SweepRequest, groups: Sequence[Group], out: SweepBlock, threads: int) -> list[Group]:
+    """Roll out the motions of the groups and put their numbers into the block. Returned are those to be run one by one: where the scene
+    cannot be rolled out, and where the balance of energy is not sure."""
+    from mechlab.engines.mujoco.batch import why_not_together
+
+    left: list[Group] = []
+    waiting: dict[tuple[float, float], list[_Start]] = {}
+    for where, design, rest in groups:
+        try:
+            in_scene, mechanism, scene, settings = scene_of(request, design)
+        except MechlabError as cause:
+            out.failed(where, cause)
+            continue
+        if scene.file is not None or why_not_together(mechanism, scene, settings):
+            left.append((where, design, rest))
+            continue
+        values = {k: np.broadcast_to(np.asarray(v, dtype=float), where.shape) for k, v in rest.items()}
+        q, v, closed = starts(mechanism, scene, values, where, out)
+        if not closed.any():
+            continue
+        values = {k: x[closed] for k, x in values.items()}
+        start = _Start(where[closed], design, in_scene, mechanism, scene, settings, q[closed], v[closed], values)
+        waiting.setdefault((scene.duration, settings.timestep), []).append(start)
+    for alike in waiting.values():
+        left += _roll(request, alike, out, threads)
+    return left
+
+
+@dataclass(frozen=True)
+class _Start:
+    """Points (n,) of one design that can start: q (n, nq), v (n, nv), other given values -> (n,). in_scene: the design with what the
+    scene changes in it."""
+
+    where: np.ndarray
+    design: Design
+    in_scene: Design
+    mechanism: Mechanism
+    scene: Scene
+    settings: Settings
+    q: Array
+    v: Array
+    values: Mapping[str, Array]
+
+    def at(self, s: Any) -> _Start:
+        """The points `s` of these."""
+        values = {k: x[s] for k, x in self.values.items()}
+        return replace(self, where=self.where[s], q=self.q[s], v=self.v[s], values=values)
+
+    @property
+    def motions(self) -> Motions:
+        """What the engine needs."""
+        from mechlab.engines.mujoco.batch import Motions
+
+        loads = {k.removesuffix("_force"): x for k, x in self.values.items() if k.endswith("_force")}
+        return Motions(self.mechanism, self.scene, self.settings, self.q, self.v, loads)
+
+    def portions(self, most: int) -> Iterator[_Start]:
+        """The same points, at most so many at a time."""
+        for i in range(0, len(self.where), most):
+            yield self.at(slice(i, i + most))
+
+
+def _roll(request: SweepRequest, alike: Sequence[_Start], out: SweepBlock, threads: int) -> list[Group]:
+    """Roll out points of equal duration and timestep; those whose balance of energy is not sure are returned."""
+    from mechlab.engines.mujoco.batch import LOOKED_AT, roll
     from mechlab.engines.mujoco.stepping import grid
 
-    in_scene, mechanism, scene, settings = scene_of(request, design)
-    steps = grid(scene.duration, settings.timestep)
-    whole = any(q.reduce != "final" or q.name in design.entry.channels for q in request.quantities)
-    steps = replace(steps, samples=steps.samples if whole or mechanism.relations else (0, steps.count))
-    values = {k: np.broadcast_to(np.asarray(v, dtype=float), where.shape) for k, v in rest.items()}
-    many = max(1, NUMBERS // (len(steps.samples) * (mechanism.nq + mechanism.nv)))
-    for i in range(0, len(where), many):
-        some = {k: v[i : i + many] for k, v in values.items()}
-        _roll(request, in_scene, mechanism, scene, settings, steps, where[i : i + many], some, out, threads)
+    steps = grid(alike[0].scene.duration, alike[0].settings.timestep)
+    entry, unsure = alike[0].design.entry.channels, list[Group]()
+    whole = any(q.kind == "channel" and (q.reduce != "final" or q.name in entry) for q in request.quantities)
+    samples = len(steps.samples) if whole else min(len(steps.samples), LOOKED_AT)
+    many = max(1, NUMBERS // (samples * max(x.mechanism.nq + x.mechanism.nv for x in alike)))
+    portion: list[_Start] = []
+
+    def roll_out() -> None:
+        for start, batch in zip(portion, roll([x.motions for x in portion], steps, whole, threads=threads), strict=True):
+            _take(request, start, batch, out)
+            if batch.unsure.any():
+                again = start.at(batch.unsure)
+                unsure.append((again.where, again.design, again.values))
+        portion.clear()
+
+    for start in alike:
+        for part in start.portions(many):
+            if portion and sum(len(x.where) for x in portion) + len(part.where) > many:
+                roll_out()
+            portion.append(part)
+    roll_out()
+    return unsure
 
 
-def _roll(
-    request: SweepRequest, design: Design, mechanism: Mechanism, scene: Scene, settings: Settings, steps: Any, where: np.ndarray,
-    values: Mapping[str, Array], out: SweepBlock, threads: int,
-) -> None:  # fmt: skip
-    q, v, closed = starts(mechanism, scene, values, where, out)
-    where, q, v = where[closed], q[closed], v[closed]
-    if not len(where):
-        return
-    loads: dict[str, Array] = {}
-    given = {k.removesuffix("_force"): x[closed] for k, x in values.items() if k.endswith("_force")}
-    for law in scene.laws:
-        loads[law.on] = loads.get(law.on, 0.0) + np.full(len(where), law.value)  # type: ignore[attr-defined]
-    for name, force in given.items():
-        loads[name] = loads.get(name, 0.0) + force
-    from mechlab.engines.mujoco.batch import roll
-
-    found = roll(mechanism, settings, steps, q, v, loads, threads)
-    flat = _States(mechanism, found.q.reshape(-1, mechanism.nq), found.v.reshape(-1, mechanism.nv))
-    size = len(found.t)
-    early = found.reached < scene.duration * (1.0 - 1e-9)
-    wrong = early | ~(found.unaccounted <= ENERGY_LIMIT) | ~(found.slip <= GAP_LIMIT)
+def _take(request: SweepRequest, start: _Start, batch: Batch, out: SweepBlock) -> None:
+    """Put the numbers of the motions of one design into the block."""
+    design, mechanism, where = start.in_scene, start.mechanism, start.where
+    trees: list[BatchTree] = []
+    final = _States(mechanism, batch.q[:, -1], batch.v[:, -1], trees)
+    flat = _States(mechanism, batch.q.reshape(-1, mechanism.nq), batch.v.reshape(-1, mechanism.nv), trees)
+    wrong = np.array([bool(reason) for reason in batch.reasons])
     for k, quantity in enumerate(request.quantities):
         if quantity.kind == "trusted":
             out.values[where, k] = ~wrong
         elif quantity.kind == "finding":
-            out.values[where, k] = found.unaccounted if quantity.name == "energy_balance" else found.slip
+            out.values[where, k] = batch.findings[quantity.name]
         elif quantity.name in design.entry.channels:
             function = design.entry.channels[quantity.name][1]
             for i, at in enumerate(where):
-                part = _States(mechanism, found.q[i], found.v[i])
-                bare = Recording(mechanism, found.t, found.q[i], found.v[i], part, settings=settings, scene=scene.name)
-                out.values[at, k] = reduced(quantity.reduce, found.t, function(design.parameters, bare))
+                part = _States(mechanism, batch.q[i], batch.v[i], trees)
+                bare = Recording(
+                    mechanism, batch.t, batch.q[i], batch.v[i], part, settings=start.settings, scene=start.scene.name
+                )
+                out.values[at, k] = reduced(quantity.reduce, batch.t, function(design.parameters, bare))
         elif quantity.reduce == "final":
-            out.values[where, k] = flat[quantity.name].reshape(-1, size)[:, -1]
+            out.values[where, k] = final[quantity.name]
         else:
-            series = flat[quantity.name].reshape(-1, size)
-            out.values[where, k] = [reduced(quantity.reduce, found.t, x) for x in series]
+            series = flat[quantity.name].reshape(len(where), -1)
+            out.values[where, k] = [reduced(quantity.reduce, batch.t, x) for x in series]
     numbers = np.array([q.kind == "channel" for q in request.quantities])
-    for i in np.flatnonzero(wrong).tolist():
+    for i in np.flatnonzero(wrong & ~batch.unsure).tolist():
         out.values[where[i], numbers] = np.nan
-        if early[i]:
-            text = f"the run blew up at t = {found.reached[i]:.6g} s; a smaller timestep (now {settings.timestep:g} s) may help"
-        elif not found.unaccounted[i] <= ENERGY_LIMIT:
-            text = f"energy balance: {found.unaccounted[i]:.3g} of the turnover is unaccounted for, the limit is {ENERGY_LIMIT:g}"
-        else:
-            text = f"the gears and relations slip by up to {found.slip[i]:.3g} rad or m, the limit is {GAP_LIMIT:g}"
-        out.gap(where[i], UNTRUSTED, text)
+        out.gap(where[i], UNTRUSTED, batch.reasons[i])
 
 
 def starts(
@@ -203,7 +261,7 @@ def starts(
     rates |= {k.removesuffix("_rate_0"): x for k, x in values.items() if k.endswith("_rate_0")}
     joints = {j.name: j for j in mechanism.joints}
     closed = np.ones(n, dtype=bool)
-    if not mechanism.relations and set(first) | set(rates) <= set(joints):
+    if not (mechanism.relations or mechanism.loops) and set(first) | set(rates) <= set(joints):
         q, v = np.tile(mechanism.reference(), (n, 1)), np.zeros((n, mechanism.nv))
         for name, x in first.items():
             q[:, mechanism.q_slice[name].start] = x - mechanism.zero(name)

@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.clock import costed, spent_on
+from mechlab.clock import costed, move_cost, spent_on
 from mechlab.engines.mujoco.as_is.contacts import ContactWatch
 from mechlab.engines.mujoco.as_is.controls import FileControls
 from mechlab.engines.mujoco.as_is.findings import gave_up, health, start_finding
@@ -115,6 +115,7 @@ def _run(file: ModelFile, scene: Scene, settings: Settings, steps: Grid, metered
                 end = advance(model, data, states, steps, seen.take, meter.step if metered else step)
         except mujoco.FatalError as error:
             raise MechlabError(f"{file.name}: {gave_up(error, data.time)}") from None
+    move_cost("record", "integrate", end[1])
     with spent_on("record"):
         return _recording(file, scene, settings, model, begin, seen, end, metered)
 

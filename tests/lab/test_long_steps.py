@@ -1,0 +1,79 @@
+"""Steps longer than the distance of the outputs: the states between them, against runs of another engine at 1e-10."""
+
+import numpy as np
+import pytest
+
+import mechlab as ml
+from mechlab.experiment.scene import Scene, Settings
+from mechlab.lab.accuracy.dense import dense_states
+from mechlab.lab.accuracy.solve import solve_to
+from mechlab.lab.fastest_rate import command_rate, fastest_rate
+from mechlab.mechanism import Builder, ConstraintSet, Inertia, TreeKinematics, revolute
+
+SHARP = Settings("pinocchio", "DOP853", tolerance=1e-11, preset="sharp")
+
+
+@pytest.mark.parametrize(("name", "scene", "duration"), [
+    ("quick_return", "driven-crank", 0.5), ("platform_3rrr", "driven-cranks", 0.5), ("closed_differential", "internal-drag", 1.0),
+])  # fmt: skip
+def test_a_smooth_motion_takes_the_steps_that_its_error_asks_for(name: str, scene: str, duration: float) -> None:
+    run = ml.simulate(name, scene=scene, duration=duration, max_error=1e-3)
+    assert run.health.trusted and len(run.t) == 401 and run.settings.timestep > duration / 400
+    truth = ml.simulate(name, scene=scene, duration=duration, settings=SHARP, at=run.t.tolist())
+    at = np.clip(np.searchsorted(truth.t, run.t * (1.0 - 1e-12)), 0, len(truth.t) - 1)
+    assert np.max(np.abs(truth.t[at] - run.t)) < 1e-9
+    tracked = [n for n in run.channels if run.units[n] in ("m", "rad", "m/s", "rad/s")]
+    for channel in tracked:
+        # Pinocchio's own error at 1e-11, and what stabilisation leaves open, are below 1e-7 here
+        assert np.max(np.abs(run.channels[channel] - truth.channels[channel][at])) <= run.errors[channel] + 1e-7, channel
+    worst = max(run.errors[n] for n in tracked if run.units[n] in ("m", "rad"))
+    # not sharper by five decades, as the first steps of a four-hundredth of the scene were
+    assert 1e-7 < worst < 1e-2
+    m = run.mechanism
+    constraints = ConstraintSet(m)
+    if len(constraints):
+        gaps = [np.max(np.abs(constraints.residual(TreeKinematics(m, q)))) for q in run.q[1:40:3]]
+        assert max(gaps) < 1e-10  # between the steps too
+
+
+def test_between_the_steps_lies_the_motion_itself() -> None:
+    """A damped torsional oscillator at 21 steps a period: the quintic is off by h^6 / 46080 of its sixth derivative."""
+    b = Builder("oscillator", gravity=(0.0, 0.0, 0.0))
+    b.body("disc", revolute("turn", "z", stiffness=4.0, damping=0.4), inertia=Inertia.axial(1.0, 1.0, 1.0))
+    m = b.build()
+    rate = np.sqrt(4.0 - 0.04)
+    t, nodes = np.linspace(0.0, 6.0, 401), np.linspace(0.0, 6.0, 41)
+
+    def exact(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        q = np.exp(-0.2 * x) * np.cos(rate * x)
+        return q[:, None], (-0.2 * q - rate * np.exp(-0.2 * x) * np.sin(rate * x))[:, None]
+
+    found = dense_states(m, Scene("free", "full", 6.0), nodes, *exact(nodes), t)
+    q, v = exact(t)
+    error, seen = np.max(np.abs(found.q - q)), np.max(np.abs(found.fewer_q - found.q))
+    assert error < 0.125 * seen < 1e-4  # h^6 max|q^(6)| / 46080 = 1.6e-8 for h = 0.15, 64 times that for 2 h
+    assert error == pytest.approx(0.15**6 * 64.0 / 46080.0, rel=0.5)
+    assert np.max(np.abs(found.v - v)) < 0.125 * np.max(np.abs(found.fewer_v - found.v))
+
+
+def test_a_servo_sets_the_fastest_rate_and_a_harmonic_the_rate_of_commands() -> None:
+    b = Builder("arm", gravity=(0.0, 0.0, 0.0))
+    b.body("arm", revolute("turn", "z"), inertia=Inertia.axial(1.0, 0.5, 0.5))
+    m = b.build()
+    servo = ml.Servo("turn", ml.Sine(0.1, 7.0), 200.0, 2.0)
+    # J s^2 + c s + k: |s| = sqrt(k / J) while it swings
+    assert fastest_rate(m, Scene("s", "full", 1.0, (servo,))) == pytest.approx(np.sqrt(200.0 / m.bodies[0].inertia.matrix()[2, 2]))
+    assert command_rate(Scene("s", "full", 1.0, (servo, ml.Harmonic("turn", 1.0, 11.0)))) == 11.0
+    assert command_rate(Scene("s", "full", 1.0, {"turn": lambda t, plant: np.sign(np.sin(9.0 * t))})) == np.inf
+
+
+def test_commands_faster_than_long_steps_are_not_overlooked() -> None:
+    """A torque that goes round once in exactly a first step of a sixteenth of the usual ones: J a = cos(w t) by hand."""
+    b = Builder("arm", gravity=(0.0, 0.0, 0.0))
+    b.body("arm", revolute("turn", "z", damping=1e-9), inertia=Inertia.axial(1.0, 1.0, 1.0))
+    m = b.build()
+    j, w = m.bodies[0].inertia.matrix()[2, 2], 2.0 * np.pi * 100.0
+    scene = Scene("shaken", "full", 1.0, (ml.Harmonic("turn", 1.0, w, phase=0.5 * np.pi),))
+    found = solve_to(ml.load(m), scene, 1e-5, outputs=400)
+    exact = (1.0 - np.cos(w * found.t)) / (j * w * w)  # J a = cos(w t)
+    assert np.max(np.abs(found.q[:, 0] - exact)) <= 1e-5
