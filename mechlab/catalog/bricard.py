@@ -114,7 +114,7 @@ def moving(p: Parameters, time: float) -> mass_check.State:
     poses = own.poses(q)
     for k, (screw, mass) in enumerate(zip(own.screws(poses), p.masses, strict=False)):
         drift, turn = drift + v[k] * screw[:3], turn + v[k] * screw[3:]
-        rotation, shift = poses[k]
+        rotation, shift = poses[0][k], poses[1][k]
         middle = rotation @ (0.5 * p.length * (CORNERS[k] + CORNERS[k + 1])) + shift
         edges = spread + (p.length - p.section) * np.abs(CORNERS[k + 1] - CORNERS[k])
         particles += mass_check.solid(

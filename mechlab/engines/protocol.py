@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.clock import spent_on
+from mechlab.engines.motions import KeptMotions, TreeState
 from mechlab.engines.state import EngineState, LoopLoads, MotionForces
 from mechlab.errors import EngineMissing, MechlabError, unknown
 from mechlab.experiment.laws import Law, Plant
@@ -30,9 +31,12 @@ from mechlab.experiment.prices import Price
 from mechlab.experiment.recording import Recording, Trace
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.experiment.tree_plant import MassShare, TreePlant
+from mechlab.mechanism.assembly import close
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.many_rows import ManyRows
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.newton import Assembly
+from mechlab.mechanism.warm_start import PoseEquations, TreeEquations
 
 
 class StatePlant(Plant, Protocol):
@@ -194,6 +198,14 @@ class Engine:
         """(nv,) accelerations that keep the loops closed at rates v and have the given ones; raises NoSolution."""
         raise self._refusal("is no witness")
 
+    def pose_equations(self, mechanism: Mechanism, names: tuple[str, ...]) -> PoseEquations:
+        """The closing equations with the named quantities, for many solutions in the same thread; see `mechlab.engines.closer`."""
+        raise self._refusal("closes no loops")
+
+    def motions(self, mechanism: Mechanism) -> KeptMotions:
+        """Rates, accelerations and motions of frames at many poses; kept for the next question about the mechanism."""
+        raise self._refusal("is no witness")
+
     def frame_motion(
         self, mechanism: Mechanism, frame: str, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None
     ) -> tuple[Array, Array, Array]:
@@ -212,6 +224,20 @@ class NumpyTree(Engine):
     def plant(self, mechanism: Mechanism) -> TreePlant:
         """The numpy tree in the reference pose."""
         return TreePlant(mechanism)
+
+    def assemble(
+        self, mechanism: Mechanism, given: Mapping[str, Any], start: ArrayLike | None = None, steps: int = 10
+    ) -> Assembly:
+        """See `mechlab.mechanism.close`; joints and shafts alone can be given."""
+        return close(mechanism, None if start is None else np.asarray(start, dtype=float), dict(given), steps=steps)
+
+    def pose_equations(self, mechanism: Mechanism, names: tuple[str, ...]) -> PoseEquations:
+        """The equations of the tree."""
+        return TreeEquations(ManyRows(mechanism, names))
+
+    def motions(self, mechanism: Mechanism) -> KeptMotions:
+        """The motions of the tree."""
+        return KeptMotions(TreeState(mechanism))
 
     def accelerations(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, force: ArrayLike | None = None) -> Array:
         """(nv,) by least squares of the constrained equations, rigid rows, without dry friction."""

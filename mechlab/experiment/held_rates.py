@@ -104,13 +104,12 @@ class HeldRates:
         for law in self.laws:
             for name, f in law.force(t, plant).items():
                 out[name] += f
-        table, rows, holds = self._rows(plant.mechanism)
-        applied = np.array(list(out.values())) @ table
-        free, response = self._response(plant, applied, rows)
+        rows = self._rows(plant.mechanism)
+        free, response = self._response(plant, list(out.values()), rows)
         excess = []
-        for a, (terms, rate) in zip(free, holds, strict=True):
-            off = -rate
-            for n, c in terms:
+        for a, hold in zip(free, self.holds, strict=True):
+            off = -hold.rate
+            for n, c in hold.terms:
                 off += c * plant.rate(n)
             excess.append(a + off / self.time)
         for hold, f in zip(self.holds, self._holding(excess, response), strict=True):
@@ -122,35 +121,42 @@ class HeldRates:
     def _kept(self) -> dict[str, Any]:
         return {}
 
-    def _rows(self, m: Mechanism) -> tuple[Array, Array, list[tuple[tuple[tuple[str, float], ...], float]]]:
-        """Rows of the targets (targets, nv), rows of the held rates (holds, nv), and terms and rate of each hold.
+    def _rows(self, m: Mechanism) -> _HeldRows:
+        """The rows of a mechanism; cached for the last one."""
+        kept: _HeldRows | None = self._kept.get("rows")
+        if kept is None or kept.mechanism is not m:
+            table = np.array([m.row(n) for n in self._names]).reshape(-1, m.nv)
+            held = np.array([sum(c * m.row(n) for n, c in h.terms) for h in self.holds]).reshape(-1, m.nv)
+            kept = self._kept["rows"] = _HeldRows(m, table, held)
+        return kept
 
-        Cached for the last mechanism.
-        """
-        kept = self._kept.get("rows")
-        if kept is None or kept[0] is not m:
-            table = np.array([m.row(n) for n in self.targets()]).reshape(-1, m.nv)
-            rows = np.array([sum(c * m.row(n) for n, c in h.terms) for h in self.holds]).reshape(-1, m.nv)
-            kept = self._kept["rows"] = (m, table, rows, [(h.terms, h.rate) for h in self.holds])
-        return kept[1], kept[2], kept[3]
-
-    def _response(self, plant: Plant, applied: Array, rows: Array) -> tuple[list[float], list[list[float]]]:
-        """Accelerations (k,) of rows @ rates under the constraints without holding forces, and their change (k, k) per
-        unit of each holding force.
+    def _response(self, plant: Plant, forces: list[float], rows: _HeldRows) -> tuple[list[float], list[list[float]]]:
+        """Accelerations (k,) of the held rates under the constraints and `forces` on the targets, without holding forces, and
+        their change (k, k) per unit of each holding force.
 
         The operators are cached while mass matrix and constraint rows stay equal to rounding: in gear trains they are
         constant, and a law is evaluated at every stage of every step.
         """
         mass, jacobian = plant.mass_matrix(), plant.jacobian()
-        kept = self._kept.get("operators")
-        if kept is None or kept[0] is not rows or not (_same(mass, kept[1]) and _same(jacobian, kept[2])):
-            kept = rows, mass.copy(), jacobian.copy(), _operators(mass, jacobian, rows)
+        kept: _Operators | None = self._kept.get("operators")
+        if kept is None or kept.rows is not rows or not (kept.mass.same(mass) and kept.jacobian.same(jacobian)):
+            by_force, by_bias, response = _operators(mass, jacobian, rows.held)
+            kept = _Operators(rows, _Seen(mass), _Seen(jacobian), by_force, by_force @ rows.table.T, by_bias, response)
             self._kept["operators"] = kept
-        by_force, by_bias, response = kept[3]
-        free = by_force @ (applied - plant.bias())
+        free = kept.by_target.dot(forces) - kept.by_force.dot(plant.bias())
         if len(jacobian):
-            free = free + by_bias @ plant.constraint_bias()
-        return free.tolist(), response
+            free += kept.by_bias.dot(plant.constraint_bias())
+        return free.tolist(), kept.response
+
+    @cached_property
+    def _active_sets(self) -> list[tuple[tuple[int, ...], list[float], list[int]]]:
+        """Every active set: state of each hold (0: inside its bounds, -1, 1: at one of them), the forces of those at a bound, and
+        the holds inside."""
+        return [
+            (state, [h.high if s > 0 else h.low if s < 0 else 0.0 for s, h in zip(state, self.holds, strict=True)],
+             [i for i, s in enumerate(state) if s == 0])
+            for state in product(*(_states(h) for h in self.holds))
+        ]  # fmt: skip
 
     def _holding(self, excess: list[float], response: list[list[float]]) -> list[float]:
         """Forces f of the box-constrained problem: excess + response @ f is complementary to the bounds on f.
@@ -160,9 +166,8 @@ class HeldRates:
         """
         scale = 1e-9 * max(1.0, *(abs(x) for x in excess)) if excess else 0.0
         best, least = [0.0] * len(excess), math.inf
-        for state in product(*(_states(h) for h in self.holds)):
-            f = [h.high if s > 0 else h.low if s < 0 else 0.0 for s, h in zip(state, self.holds, strict=True)]
-            inside = [i for i, s in enumerate(state) if s == 0]
+        for state, bounds, inside in self._active_sets:
+            f = bounds.copy()
             right = [-excess[i] - _dot(response[i], f) for i in inside]
             for i, x in zip(inside, _solve([[response[i][k] for k in inside] for i in inside], right), strict=True):
                 f[i] = x
@@ -222,9 +227,40 @@ def _states(hold: RateHold) -> tuple[int, ...]:
     return tuple(s for s, x in ((0, 0.0), (-1, hold.low), (1, hold.high)) if math.isfinite(x))
 
 
-def _same(a: Array, b: Array) -> bool:
-    """True when two matrices are equal to rounding."""
-    return a.shape == b.shape and bool(np.abs(a - b).max(initial=0.0) <= ROUNDING * np.abs(b).max(initial=0.0))
+@dataclass(frozen=True, eq=False)
+class _HeldRows:
+    """Rows of the targets, table (targets, nv), and of the held rates, held (holds, nv), for the rates of a mechanism."""
+
+    mechanism: Mechanism
+    table: Array
+    held: Array
+
+
+class _Seen:
+    """A matrix that was seen, to tell whether another is equal to it to rounding."""
+
+    def __init__(self, matrix: Array) -> None:
+        self.matrix, self.exact = matrix.copy(), matrix.tobytes()
+        self.rounding = ROUNDING * float(np.abs(matrix).max(initial=0.0))
+
+    def same(self, matrix: Array) -> bool:
+        """Whether it is the same matrix; bit for bit is tried first, which costs a tenth."""
+        if matrix.shape != self.matrix.shape:
+            return False
+        return matrix.tobytes() == self.exact or bool(np.abs(matrix - self.matrix).max(initial=0.0) <= self.rounding)
+
+
+@dataclass(frozen=True, eq=False)
+class _Operators:
+    """What `_operators` gives for the rows, a mass matrix and constraint rows; by_target (k, targets) = by_force @ table^T."""
+
+    rows: _HeldRows
+    mass: _Seen
+    jacobian: _Seen
+    by_force: Array
+    by_target: Array
+    by_bias: Array
+    response: list[list[float]]
 
 
 def _operators(m: Array, j: Array, r: Array) -> tuple[Array, Array, list[list[float]]]:

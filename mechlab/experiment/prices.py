@@ -53,9 +53,9 @@ OWN_EQUATIONS = 5e-5
 """An evaluation of an entry's own equations, for mechanisms of all sizes; used by charts only."""
 OBSERVED_POSE = Price(2e-5, rates=3e-6)
 """The energy and the gaps of one pose, computed in Python."""
-BATCH, BATCH_POSE, BATCH_SOLVED = 1.5e-4, 4e-7, 6e-10
-"""Many poses together in numpy: price of a call, and for each pose per nv (kinematics) and per nv^3
-(linear equations)."""
+BATCH, BATCH_POSE, BATCH_SOLVED, SPARSE_SOLVED = 1.5e-4, 4e-7, 6e-10, 3e-8
+"""Many poses together in numpy: price of a call, and for each pose per nv (kinematics), per nv^3 (linear equations) and per
+product of a sparse elimination."""
 CALLBACK = 8e-6
 """A call from MuJoCo to laws in Python."""
 LAWS = {
@@ -73,9 +73,10 @@ def row_count(mechanism: Mechanism) -> int:
     return sum(LOOP_ROWS[x.kind] for x in m.loops) + len(m.relations) + rough
 
 
-def price_of_poses(count: int, nv: int, solved: bool) -> float:
-    """The price of `count` poses at once [s]; solved: linear equations are solved for each pose too."""
-    return BATCH + count * (BATCH_POSE * nv + (BATCH_SOLVED * nv**3 if solved else 0.0))
+def price_of_poses(count: int, nv: int, solved: bool = False, sparse: int = 0) -> float:
+    """The price of `count` poses at once [s]; solved: linear equations are solved for each pose too; sparse: by an elimination of
+    so many products."""
+    return BATCH + count * (BATCH_POSE * nv + (BATCH_SOLVED * nv**3 if solved else 0.0) + SPARSE_SOLVED * sparse)
 
 
 def price_of_laws(laws: Iterable[Law]) -> float:

@@ -17,9 +17,10 @@ from typing import Any
 import numpy as np
 
 from mechlab.experiment.question import Open
-from mechlab.kit.quantities import LETTERS, NamedRows, key_of, level, split
+from mechlab.kit.quantities import key_of, level, split
 from mechlab.mechanism import Mechanism, integrate, newton
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.named_rows import LETTERS, NamedRows
 from mechlab.mechanism.structure import idle_directions, null_space, rank, step_size
 
 SINGULAR = 1e-6

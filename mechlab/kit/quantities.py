@@ -1,4 +1,4 @@
-"""Quantities of a mechanism by name: their keys, values, and rows over the rates.
+"""Quantities of a mechanism by name, and their keys; their values and rows are those of `mechlab.mechanism.named_rows`.
 
 Names: a joint or shaft X, X_rate, X_accel; a point FRAME_x of a frame, FRAME_x_rate, FRAME_x_accel; its angular velocity FRAME_wx
 and angular acceleration FRAME_wx_rate, world axes.
@@ -6,16 +6,13 @@ and angular acceleration FRAME_wx_rate, world axes.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-
 from mechlab.errors import unknown
-from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
-from mechlab.mechanism.geometry import Array, rotation_log
+from mechlab.mechanism import Mechanism
+from mechlab.mechanism.named_rows import LETTERS
 
-LETTERS = ("x", "y", "z", "wx", "wy", "wz")
 SUFFIXES = ("", "_rate", "_accel")
 
 
@@ -66,56 +63,3 @@ def split(m: Mechanism, values: Mapping[str, Any]) -> tuple[dict[str, Any], dict
         name, order = level(m, key)
         out[order][name] = value
     return out
-
-
-class NamedRows:
-    """Values, rows over the rates and biases dJ/dt v of joints, shafts and frame coordinates at a state."""
-
-    def __init__(self, m: Mechanism) -> None:
-        self.m, self.tree, self.constraints = m, TreeKinematics(m), ConstraintSet(m)
-        self._parts = {f"{f.name}_{p}": (f, p) for f in m.frames for p in (*LETTERS, "rotation")}
-
-    def set(self, q: Array, v: Array | None = None) -> NamedRows:
-        """Sets the state that the other methods speak of: q (nq,), v (nv,); returns itself."""
-        self.tree.set(q, v)
-        return self
-
-    def closure(self) -> Array:
-        """(rows, nv) Jacobian of the constraints."""
-        return self.constraints.jacobian(self.tree)
-
-    def _point(self, name: str) -> tuple[str, Array, Array, str]:
-        frame, part = self._parts[name]
-        rotation, origin = self.tree.pose(frame.body)
-        at = origin + rotation @ frame.placement.translation
-        return frame.body, at, rotation @ frame.placement.rotation, part
-
-    def _pick(self, six: Array, part: str) -> Array:
-        return six[3:] if part == "rotation" else six[[LETTERS.index(part)]]
-
-    def missing(self, name: str, target: Any) -> Array:
-        """(rows,) value minus target; the rotation vector of a rotation."""
-        if name in self.m.scalar_names:
-            return np.array([float(self.m.value(name, self.tree.q)) - float(target)])
-        _, at, rotation, part = self._point(name)
-        if part == "rotation":
-            return np.asarray(rotation_log(rotation @ np.asarray(target, dtype=float).T))
-        return np.array([at[LETTERS.index(part)] - float(target)])
-
-    def rows(self, name: str) -> Array:
-        """(rows, nv) Jacobian of the quantity."""
-        if name in self.m.scalar_names:
-            return self.m.row(name)[None]
-        body, at, _, part = self._point(name)
-        return self._pick(self.tree.jacobian(body, at), part)
-
-    def bias(self, name: str) -> Array:
-        """(rows,) dJ/dt v."""
-        if name in self.m.scalar_names:
-            return np.zeros(1)
-        body, at, _, part = self._point(name)
-        return self._pick(self.tree.bias(body, at), part)
-
-    def stack(self, names: Iterable[str]) -> Array:
-        """The constraint rows, then the rows of the names."""
-        return np.vstack([self.closure(), *(self.rows(n) for n in names)])

@@ -16,10 +16,11 @@ from mechlab.engines.protocol import Engine, engine
 from mechlab.errors import EngineMissing, NoSolution, unknown
 from mechlab.experiment.question import Answer
 from mechlab.kit.determined import determined
-from mechlab.kit.quantities import LETTERS, level, quantities, split
+from mechlab.kit.quantities import level, quantities, split
 from mechlab.mechanism import Mechanism, Status, TreeKinematics, singularity
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.length_unit import coordinate_units, in_unit_of_length, is_length
+from mechlab.mechanism.named_rows import LETTERS
 
 
 def engine_answer(

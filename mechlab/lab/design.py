@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from mechlab.engines.protocol import engine
+from mechlab.engines.protocol import available, engine
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.acting import acting
 from mechlab.experiment.entry import Entry, SceneRecipe
@@ -22,6 +22,7 @@ from mechlab.mechanism.structure import Structure, structure
 from mechlab.results import Shown
 
 if TYPE_CHECKING:
+    from mechlab.engines.closer import Closer
     from mechlab.engines.mujoco.form import MujocoForm
     from mechlab.engines.pinocchio.form import PinocchioForm
 
@@ -103,6 +104,24 @@ class Design(Shown):
         from mechlab.engines.pinocchio.form import PinocchioForm
 
         return PinocchioForm(self.mechanism(fidelity))
+
+    def closer(
+        self, *names: str, engine: str = "", fidelity: str | None = None, frames: Sequence[str] = ()
+    ) -> Closer:
+        """A function that closes the mechanism where the named joints, shafts or points (FRAME_x) have given values, and keeps what it
+        needs: a pose of a path costs some 60 to 100 us (tests/benchmarks/bench_closer.py), an array of them less.
+
+            closer = ml.load("fourbar").closer("crank_angle")
+            closer(crank_angle=1.2)["rocker_angle"]
+
+        names: default those of the drives. engine: numpy, pinocchio, mujoco; default Pinocchio where it is installed. frames: Frames
+        whose motion is computed as well. See `mechlab.engines.closer`. Raises MechlabError for an unknown name, EngineMissing.
+        """
+        from mechlab.engines.closer import Closer
+
+        m = self.mechanism(fidelity)
+        chosen = engine or ("numpy" if available("pinocchio") else "pinocchio")
+        return Closer(m, names or tuple(dict.fromkeys(d.on for d in m.drives)), chosen, frames)
 
     def save(self, out: Any, fidelity: str | None = None) -> dict[str, Any]:
         """Write NAME.xml, scene.xml, NAME.urdf, NAME.json and geometry; each is reloaded by its consumer first.

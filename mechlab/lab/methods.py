@@ -178,11 +178,11 @@ PEER_METHODS: tuple[Method, ...] = (
     Method("OpenSim Runge-Kutta 3", "opensim", "RungeKutta3", "own", "tolerance", 3),
     Method("OpenSim Runge-Kutta-Merson", "opensim", "RungeKuttaMerson", "own", "tolerance", 4),
     Method("OpenSim Runge-Kutta-Fehlberg", "opensim", "RungeKuttaFeldberg", "own", "tolerance", 5),
+    Method("OpenSim CPodes", "opensim", "CPodes", "own", "tolerance", 5),
     Method("mujoco-warp RK4", "mujoco_warp", "RK4", "own", order=2),
     Method("mujoco-warp implicitfast", "mujoco_warp", "implicitfast", "own"),
     Method("Kamino LOX", "newton", "LOX", "own"),
     Method("Kamino DVI", "newton", "DVI", "own"),
-    Method("OpenSim CPodes", "opensim", "CPodes", "own", "tolerance", 5),
 )
 """Other people's engines, run only by charts that are asked for them; their constraints are the engine's own."""
 

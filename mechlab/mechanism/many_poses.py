@@ -79,7 +79,7 @@ class ManyPoses:
         """(n, frames, 3) world positions of the frames."""
         out = np.empty((len(self.q), len(self.mechanism.frames), 3))
         for k, frame in enumerate(self.mechanism.frames):
-            rotation, origin = self._frame(frame.body)
+            rotation, origin = self.frame(frame.body)
             out[:, k] = rotation @ frame.placement.translation + origin
         return out
 
@@ -91,11 +91,11 @@ class ManyPoses:
 
     def spring(self, spring: Spring, v: Array) -> tuple[Array, Array]:
         """(n,) length [m] of a spring between two points, and its rate [m/s] at rates v (n, nv); 0 where the points meet."""
-        (ra, pa), (rb, pb) = self._frame(spring.body_a), self._frame(spring.body_b)
+        (ra, pa), (rb, pb) = self.frame(spring.body_a), self.frame(spring.body_b)
         a, b = pa + ra @ np.array(spring.point_a), pb + rb @ np.array(spring.point_b)
         d = b - a
         length = np.linalg.norm(d, axis=1)
-        relative = self._motion(spring.body_b, b)[0] - self._motion(spring.body_a, a)[0]
+        relative = self.motion(spring.body_b, b)[0] - self.motion(spring.body_a, a)[0]
         rate = ((relative @ d[:, :, None])[..., 0] * v).sum(axis=1)
         apart = length >= 1e-12
         return np.where(apart, length, 0.0), np.where(apart, rate / np.where(apart, length, 1.0), 0.0)
@@ -110,13 +110,14 @@ class ManyPoses:
             residual[:, row], jacobian[:, row] = self._relation(relation)
         return residual, jacobian
 
-    def _frame(self, body: str) -> tuple[Array, Array]:
+    def frame(self, body: str) -> tuple[Array, Array]:
+        """Rotations (n, 3, 3) body to world and origins (n, 3) of a body or the ground."""
         i = self.index[body]
         if i < 0:
             return np.tile(np.eye(3), (len(self.q), 1, 1)), np.zeros((len(self.q), 3))
         return self.rotations[:, i], self.origins[:, i]
 
-    def _motion(self, body: str, point: Array) -> tuple[Array, Array]:
+    def motion(self, body: str, point: Array) -> tuple[Array, Array]:
         """(n, nv, 3) velocity of the body's point at world `point` (n, 3) for each rate, and angular velocity."""
         linear = np.zeros((len(self.q), self.mechanism.nv, 3))
         angular = np.zeros_like(linear)
@@ -129,10 +130,10 @@ class ManyPoses:
         return linear, angular
 
     def _loop(self, loop: Loop, names: tuple[str, ...]) -> tuple[Array, Array]:
-        (ra, pa), (rb, pb) = self._frame(loop.body_a), self._frame(loop.body_b)
+        (ra, pa), (rb, pb) = self.frame(loop.body_a), self.frame(loop.body_b)
         a, b = loop.placement_a, loop.placement_b
         pa, pb = pa + ra @ a.translation, pb + rb @ b.translation
-        (va, wa), (vb, wb) = self._motion(loop.body_a, pa), self._motion(loop.body_b, pb)
+        (va, wa), (vb, wb) = self.motion(loop.body_a, pa), self.motion(loop.body_b, pb)
         d, relative = pb - pa, vb - va
         if loop.kind == "distance":
             value = ((d * d).sum(axis=1) - loop.length**2) / (2.0 * loop.length)

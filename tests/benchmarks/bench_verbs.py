@@ -73,8 +73,7 @@ def seconds_of(arguments: Sequence[str], environment: Mapping[str, str]) -> floa
 def rows(wanted: Sequence[str] = ()) -> Iterator[VerbRow]:
     """The rows of the table, one after the other; `wanted`: only commands that begin with one of these."""
     with tempfile.TemporaryDirectory() as folder:
-        kept = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
-        environment = kept | {"PYTHONPYCACHEPREFIX": f"{folder}/code"}
+        environment = {k: v for k, v in os.environ.items() if not k.startswith(("PYTHONDONTWRITE", "PYTHONPYCACHE"))}
         package = Path(mechlab.__file__).parent
         subprocess.run([sys.executable, "-m", "compileall", "-q", str(package)], env=environment, check=True)
         for number, (verb, asked) in enumerate([(BARE, 0.0), *ASKED.items()]):

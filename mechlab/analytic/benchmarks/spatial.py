@@ -27,14 +27,19 @@ def _cross(w: Array) -> Array:
 
 
 _STILL = np.eye(3)
-_TURNS = [_cross(a) for a in AXES]
-_SQUARES = [c @ c for c in _TURNS]
+_TURNS = np.array([_cross(a) for a in AXES])
+_SQUARES = _TURNS @ _TURNS
+_NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
 
 
 def _crossed(a: Array, b: Array) -> Array:
-    """a x b of two vectors, without the checks that cost numpy twenty times as much."""
-    (p, q, r), (x, y, z) = a.tolist(), b.tolist()
-    return np.array((q * z - r * y, r * x - p * z, p * y - q * x))
+    """a x b of rows (n, 3), without the checks that cost numpy twenty times as much."""
+    return np.asarray(a[:, _NEXT] * b[:, _LAST] - a[:, _LAST] * b[:, _NEXT])
+
+
+def _along(matrices: Array, rows: Array) -> Array:
+    """(n, 3) products of matrices (n, 3, 3) with rows (n, 3)."""
+    return np.asarray((matrices @ rows[:, :, None])[:, :, 0])
 
 
 @dataclass(frozen=True)
@@ -51,42 +56,38 @@ class Bricard:
     gravity: tuple[float, float, float]
 
     @cached_property
-    def _bars(self) -> list[tuple[float, Array, Array]]:
-        """Mass [kg], and in the first pose centre (3,) [m] and inertia tensor (3, 3) about it [kg m2], of each bar."""
-        out = []
-        for k, mass in enumerate(self.masses):
-            axis = CORNERS[k + 1] - CORNERS[k]
-            along = mass * self.section**2 / 6.0
-            across = mass * (self.length**2 + self.section**2) / 12.0
-            tensor = across * np.eye(3) + (along - across) * np.outer(axis, axis)
-            out.append((mass, 0.5 * self.length * (CORNERS[k] + CORNERS[k + 1]), tensor))
-        return out
+    def _bars(self) -> tuple[Array, Array, Array]:
+        """Masses (5,) [kg], and in the first pose centres (5, 3) [m] and inertia tensors (5, 3, 3) about them [kg m2] of the bars."""
+        masses, axes = np.array(self.masses), CORNERS[1:] - CORNERS[:-1]
+        along = masses * self.section**2 / 6.0
+        across = masses * (self.length**2 + self.section**2) / 12.0
+        outer = axes[:, :, None] * axes[:, None, :]
+        tensors = across[:, None, None] * np.eye(3) + (along - across)[:, None, None] * outer
+        return masses, 0.5 * self.length * (CORNERS[:-1] + CORNERS[1:]), tensors
 
-    def poses(self, q: Array) -> list[tuple[Array, Array]]:
-        """Rotation and displacement of every bar from the first pose, x -> R x + d: bars 0 to 4, then the body
+    def poses(self, q: Array) -> tuple[Array, Array]:
+        """Rotation (6, 3, 3) and displacement (6, 3) of every bar from the first pose, x -> R x + d: bars 0 to 4, then the body
         behind hinge 5, whose pose is the identity when the loop is closed."""
-        rotation, shift, out = np.eye(3), np.zeros(3), []
-        for k in range(6):
-            turn = _STILL + np.sin(q[k]) * _TURNS[k] + (1.0 - np.cos(q[k])) * _SQUARES[k]
-            corner = self.length * CORNERS[k]
-            shift = shift + rotation @ (corner - turn @ corner)
-            rotation = rotation @ turn
-            out.append((rotation, shift))
-        return out
+        angles, corners = q[:, None, None], self.length * CORNERS
+        step = np.zeros((6, 4, 4))
+        step[:, :3, :3] = _STILL + np.sin(angles) * _TURNS + (1.0 - np.cos(angles)) * _SQUARES
+        step[:, :3, 3] = corners - _along(step[:, :3, :3], corners)
+        step[:, 3, 3] = 1.0
+        for k in range(1, 6):
+            step[k] = step[k - 1] @ step[k]
+        return step[:, :3, :3], step[:, :3, 3]
 
     def corner(self, q: Array, k: int) -> Array:
         """World position (3,) of corner k (1 to 5)."""
-        rotation, shift = self.poses(q)[k - 1]
-        return np.asarray(rotation @ (self.length * CORNERS[k]) + shift)
+        rotation, shift = self.poses(q)
+        return np.asarray(rotation[k - 1] @ (self.length * CORNERS[k]) + shift[k - 1])
 
-    def screws(self, poses: list[tuple[Array, Array]]) -> Array:
-        """(6, 6) unit twists of the hinges, one a row."""
-        before = [(np.eye(3), np.zeros(3)), *poses[:5]]
-        rows = []
-        for k, (rotation, shift) in enumerate(before):
-            n = rotation @ AXES[k]
-            rows.append(np.concatenate([_crossed(rotation @ (self.length * CORNERS[k]) + shift, n), n]))
-        return np.array(rows)
+    def screws(self, poses: tuple[Array, Array]) -> Array:
+        """(6, 6) unit twists of the hinges, one a row; each hinge moves with the body before it."""
+        rotation = np.concatenate([_STILL[None], poses[0][:5]])
+        shift = np.concatenate([np.zeros((1, 3)), poses[1][:5]])
+        n = _along(rotation, AXES)
+        return np.concatenate([_crossed(_along(rotation, self.length * CORNERS) + shift, n), n], axis=1)
 
     def slope(self, t: float, y: Array) -> Array:
         """Rate (12,) of y = (angles (6,), rates (6,)). Raises NoSolution where the loop has more than one freedom."""
@@ -98,32 +99,31 @@ class Bricard:
         null = vt[5]
         speed = float(null @ y[6:])
         rate = speed * null
-        twist, unit, drift = np.zeros(6), np.zeros(6), np.zeros(6)
-        twists, units, carried = [], [], []
-        for k in range(6):
-            # the screw of hinge k moves with the body before it: dS/dt = ad(V) S
-            w, v, s = twist[3:], twist[:3], screws[k]
-            moved = np.concatenate([_crossed(w, s[:3]) + _crossed(v, s[3:]), _crossed(w, s[3:])])
-            drift = drift + rate[k] * moved
-            twist, unit = twist + rate[k] * s, unit + null[k] * s
-            twists.append(twist)
-            units.append(unit)
-            carried.append(drift)
+        twists, units = np.cumsum(rate[:, None] * screws, axis=0), np.cumsum(null[:, None] * screws, axis=0)
+        # the screw of hinge k moves with the body before it: dS/dt = ad(V) S
+        v, w = np.zeros((6, 3)), np.zeros((6, 3))
+        v[1:], w[1:] = twists[:5, :3], twists[:5, 3:]
+        moved = np.concatenate([_crossed(w, screws[:, :3]) + _crossed(v, screws[:, 3:]), _crossed(w, screws[:, 3:])], axis=1)
+        carried = np.cumsum(rate[:, None] * moved, axis=0)
         bend = -vt[:5].T @ ((u[:, :5].T @ carried[5]) / sizes[:5])
-        inertia, force, accel = 0.0, 0.0, np.zeros(6)
-        for k, (mass, centre, tensor) in enumerate(self._bars):
-            accel = accel + bend[k] * screws[k]
-            rotation, shift = poses[k]
-            c, spatial = rotation @ centre + shift, rotation @ tensor @ rotation.T
-            w, wu = twists[k][3:], units[k][3:]
-            v, vu = twists[k][:3] + _crossed(w, c), units[k][:3] + _crossed(wu, c)
-            total = accel + carried[k]
-            # classical acceleration of the centre: spatial part at c, and w x v of that point
-            a = total[:3] + _crossed(total[3:], c) + _crossed(w, v)
-            moment = spatial @ total[3:] + _crossed(w, spatial @ w)
-            inertia += mass * (vu @ vu) + wu @ spatial @ wu
-            force += vu @ (mass * (np.array(self.gravity) - a)) - wu @ moment
+        inertia, force = self._reduced(poses, twists[:5], units[:5], (np.cumsum(bend[:, None] * screws, axis=0) + carried)[:5])
         return np.concatenate([rate, bend + null * (force / inertia)])
+
+    def _reduced(self, poses: tuple[Array, Array], twists: Array, units: Array, total: Array) -> tuple[float, float]:
+        """Reduced inertia and force of the bars at the loop's one freedom, whose unit motion has the twists `units` (5, 6); twists
+        and accelerations `total` (5, 6) without a change of speed."""
+        masses, centres, tensors = self._bars
+        rotation = poses[0][:5]
+        c = _along(rotation, centres) + poses[1][:5]
+        spatial = rotation @ tensors @ rotation.transpose(0, 2, 1)
+        w, wu, turn = twists[:, 3:], units[:, 3:], total[:, 3:]
+        v, vu = twists[:, :3] + _crossed(w, c), units[:, :3] + _crossed(wu, c)
+        # classical acceleration of the centre: spatial part at c, and w x v of that point
+        a = total[:, :3] + _crossed(turn, c) + _crossed(w, v)
+        moment = _along(spatial, turn) + _crossed(w, _along(spatial, w))
+        inertia = masses @ (vu * vu).sum(axis=1) + (wu * _along(spatial, wu)).sum()
+        force = (vu * (masses[:, None] * (np.array(self.gravity) - a))).sum() - (wu * moment).sum()
+        return float(inertia), float(force)
 
 
 @dataclass(frozen=True)

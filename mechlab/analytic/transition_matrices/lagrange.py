@@ -40,7 +40,7 @@ def gravity_force(tree: Tree, q: ArrayLike) -> FloatArray:
 
 def elastic_force(tree: Tree, q: ArrayLike, v: ArrayLike) -> FloatArray:
     """(..., links) force of springs and dampers: -stiffness (q - rest) - damping v."""
-    c, q0, b = (np.array([getattr(x, n) for x in tree.links]) for n in ("stiffness", "rest", "damping"))
+    c, q0, b = tree.elastic
     return np.asarray(-c * (tree.coordinates(q, "q") - q0) - b * tree.coordinates(v, "v"))
 
 
@@ -81,8 +81,7 @@ def _rates(tree: Tree, q: ArrayLike, v: ArrayLike) -> FloatArray:
 
 def _world_inertias(tree: Tree, world: FloatArray) -> FloatArray:
     """N_i = G_i H_i G_i^T (..., links, d, d)."""
-    h = np.array([x.inertia for x in tree.links])
-    return np.asarray(world @ h @ np.swapaxes(world, -1, -2))
+    return np.asarray(world @ tree.inertias @ np.swapaxes(world, -1, -2))
 
 
 def _below(tree: Tree, inertias: FloatArray) -> FloatArray:
@@ -95,27 +94,29 @@ def _below(tree: Tree, inertias: FloatArray) -> FloatArray:
 
 
 def _mass(tree: Tree, w: FloatArray, below: FloatArray) -> FloatArray:
-    n = len(tree.links)
-    out = np.zeros((*w.shape[:-3], n, n))
-    for k, path in enumerate(tree.ancestors):
-        right = below[..., k, :, :] @ np.swapaxes(w[..., k, :, :], -1, -2)
-        on = list(path)
-        out[..., on, k] = out[..., k, on] = np.einsum("...jab,...ba->...j", w[..., on, :, :], right)
-    return out
+    """M from W (..., links, d, d) and C: all pairs at once, of which those on one path count."""
+    right = below @ np.swapaxes(w, -1, -2)
+    pairs = _flat(w) @ np.swapaxes(_flat(np.swapaxes(right, -1, -2)), -1, -2)
+    upper = np.where(tree.on_path, pairs, 0.0)
+    return np.asarray(upper + np.swapaxes(np.where(tree.above, upper, 0.0), -1, -2))
 
 
 def _bias(tree: Tree, w: FloatArray, inertias: FloatArray, v: FloatArray) -> FloatArray:
-    out = np.zeros(v.shape)
-    for i, path in enumerate(tree.ancestors):
-        rate, second = np.zeros(w[..., 0, :, :].shape), np.zeros(w[..., 0, :, :].shape)
-        for k in path:
-            now = w[..., k, :, :] * v[..., k, None, None]
-            second = second + 2.0 * rate @ now + now @ now
-            rate = rate + now
-        load = inertias[..., i, :, :] @ np.swapaxes(second, -1, -2)
-        on = list(path)
-        out[..., on] += np.einsum("...jab,...ba->...j", w[..., on, :, :], load)
-    return out
+    """h from W and N (..., links, d, d) and the rates v (..., links): from the root outwards, then loads summed back."""
+    now = w * v[..., None, None]
+    twice, rate, second = 2.0 * now, now.copy(), now @ now
+    for i, link in enumerate(tree.links):
+        if link.parent >= 0:
+            before = rate[..., link.parent, :, :]
+            second[..., i, :, :] += second[..., link.parent, :, :] + before @ twice[..., i, :, :]
+            rate[..., i, :, :] += before
+    loads = _below(tree, inertias @ np.swapaxes(second, -1, -2))
+    return np.asarray((w * np.swapaxes(loads, -1, -2)).sum(axis=(-2, -1)))
+
+
+def _flat(matrices: FloatArray) -> FloatArray:
+    """Matrices (..., n, d, d) as rows (..., n, d d)."""
+    return matrices.reshape(*matrices.shape[:-2], -1)
 
 
 def _gravity(tree: Tree, w: FloatArray, below: FloatArray) -> FloatArray:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -169,6 +170,34 @@ class Tree:
         """3 in the plane, 4 in space."""
         return len(self.gravity) + 1
 
+    @cached_property
+    def inertias(self) -> FloatArray:
+        """(links, d, d) pseudo-inertias H."""
+        return np.array([x.inertia for x in self.links])
+
+    @cached_property
+    def elastic(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """(links,) stiffness, rest and damping."""
+        c, q0, b = np.array([(x.stiffness, x.rest, x.damping) for x in self.links]).T
+        return c, q0, b
+
+    @cached_property
+    def generators(self) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+        """(links, d, d) generators Om and their squares, and (links,) which joints turn."""
+        om = np.array([x.generator for x in self.links])
+        return om, om @ om, np.any(om[:, :-1, :-1], axis=(1, 2))
+
+    @cached_property
+    def on_path(self) -> NDArray[np.bool_]:
+        """(links, links) whether link j lies on the path from the root to link k, k included."""
+        n = len(self.links)
+        return np.array([[j in self.ancestors[k] for k in range(n)] for j in range(n)]).reshape(n, n)
+
+    @cached_property
+    def above(self) -> NDArray[np.bool_]:
+        """`on_path` without the diagonal."""
+        return np.asarray(self.on_path & ~np.eye(len(self.links), dtype=bool))
+
     def coordinates(self, values: ArrayLike, what: str) -> FloatArray:
         """`values` as finite floats (..., links). Raises MechlabError for another shape."""
         array = _finite(what, values)
@@ -212,12 +241,16 @@ def transitions(tree: Tree, q: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """
     x = tree.coordinates(q, "q")
     shape = (*x.shape[:-1], len(tree.links), tree.size, tree.size)
-    world, operators = np.empty(shape), np.empty(shape)
+    world, bases = np.empty(shape), np.empty(shape)
+    om, square, turns = tree.generators
+    angle = x[..., None, None]
+    turned = np.sin(angle) * om + (1.0 - np.cos(angle)) * square
+    motion = np.where(turns[:, None, None], turned, angle * om) + np.eye(tree.size)
     for i, link in enumerate(tree.links):
         base = world[..., link.parent, :, :] @ link.placement if link.parent >= 0 else link.placement
-        world[..., i, :, :] = base @ joint_motion(link.generator, x[..., i])
-        operators[..., i, :, :] = base @ link.generator @ _inverse(base)
-    return world, operators
+        bases[..., i, :, :] = base
+        world[..., i, :, :] = base @ motion[..., i, :, :]
+    return world, np.asarray(bases @ om @ _inverse(bases))
 
 
 def first_derivative(tree: Tree, q: ArrayLike, i: int, j: int) -> FloatArray:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -46,14 +47,24 @@ def machines(p: Parameters, fidelity: str = "parts") -> dict[str, Machine]:
     return {name: machine(name, p, fidelity) for name in IMPLEMENTATIONS}
 
 
-def run(who: str, p: Parameters, scene: str, duration: float | None = None, fidelity: str | None = None) -> Recording:
-    """A run of a scene with the parameters as they are, by "analytic" or an engine."""
+def run(
+    who: str, p: Parameters, scene: str, duration: float | None = None, fidelity: str | None = None,
+    timestep: float | None = None,
+) -> Recording:  # fmt: skip
+    """A run of a scene with the parameters as they are, by "analytic" or an engine; with its own timestep [s] or another."""
     level = fidelity or FIDELITY.get(who, "minimal")
     made = SCENES[scene].make(p, level)
-    made = replace(made, duration=duration or made.duration)
+    return _run(who, p, scene, duration or made.duration, level, timestep or made.settings.timestep)
+
+
+@lru_cache(maxsize=32)
+def _run(who: str, p: Parameters, scene: str, duration: float, level: str, timestep: float) -> Recording:
+    """Several checks look at the same run: it is made once."""
+    made = replace(SCENES[scene].make(p, level), duration=duration)
     if who == "analytic":
         return reference(p, made)
-    return engine(who).run(build(p, level), made, replace(made.settings, engine=who, integrator="RK4"))
+    settings = replace(made.settings, engine=who, integrator="RK4", timestep=timestep)
+    return engine(who).run(build(p, level), made, settings)
 
 
 def speeds(recording: Recording) -> tuple[float, float]:

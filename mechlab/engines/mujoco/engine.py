@@ -10,7 +10,14 @@ from mechlab.engines.mujoco.plant import MujocoSmallMotions, StateOfMujoco
 from mechlab.engines.mujoco.reactions import motion_forces
 from mechlab.engines.mujoco.runner import run, run_at, versions
 from mechlab.engines.mujoco.session import Session
-from mechlab.engines.mujoco.solve_newton import accelerations_of, assemble, frame_motion, rates
+from mechlab.engines.mujoco.solve_newton import (
+    accelerations_of,
+    assemble,
+    frame_motion,
+    kept_closer,
+    kept_motions,
+    rates,
+)
 from mechlab.engines.mujoco.step_loop import Start
 from mechlab.engines.mujoco.trace import Steps, adaptive, extrapolated, trace
 from mechlab.engines.protocol import Engine
@@ -40,6 +47,8 @@ class Mujoco(Engine):
     rates = staticmethod(rates)
     accelerations_of = staticmethod(accelerations_of)
     frame_motion = staticmethod(frame_motion)
+    pose_equations = staticmethod(kept_closer)
+    motions = staticmethod(kept_motions)
 
     def run(
         self, mechanism: Mechanism, scene: Scene, settings: Settings | None = None, times: ArrayLike | None = None

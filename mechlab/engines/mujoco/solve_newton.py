@@ -6,20 +6,26 @@ What is given and asked (joints, shafts, coordinates of frames) becomes rows ove
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
+from typing import Any
 
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.engines.mujoco.closure import Closure, equality_jacobian, equality_rows
+from mechlab.engines.motions import KeptMotions
+from mechlab.engines.mujoco.closure import Closure, equality_jacobian
 from mechlab.engines.mujoco.model import MujocoMap, to_mujoco
 from mechlab.errors import MechlabError, NoSolution, unknown
 from mechlab.mechanism.assembly import same_mode
 from mechlab.mechanism.geometry import Array, axis_rotation, rotation_log
+from mechlab.mechanism.kept import LastKept
+from mechlab.mechanism.many_rows import NewtonSteps, held_rows
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.newton import Assembly, Status, follow, newton
+from mechlab.mechanism.structure import generic
 
 LINEAR = {"x": 0, "y": 1, "z": 2}
 ANGULAR = {"wx": 0, "wy": 1, "wz": 2}
@@ -52,6 +58,13 @@ class Targets:
                 self._sites[name] = (map_.site(frame), suffix)
             else:
                 raise unknown(f"{m.name}: quantity", name, known)
+        self._plain: tuple[Array, Array] | None = None
+        if not self._sites:
+            stacked = np.array(list(self._rows.values())).reshape(-1, self.model.nv)
+            zeros = np.array([m.zero(n) for n in self.names])
+            over_qpos = np.zeros((len(stacked), self.model.nq))
+            over_qpos[:, map_.qpos[m.q_columns]] = stacked[:, map_.dof]
+            self._plain, self._over_qpos = (stacked, zeros), over_qpos
 
     def _jacobian(self, data: mujoco.MjData, site: int) -> tuple[Array, Array]:
         linear, angular = np.zeros((3, self.model.nv)), np.zeros((3, self.model.nv))
@@ -60,6 +73,8 @@ class Targets:
 
     def jacobian(self, data: mujoco.MjData) -> Array:
         """(rows, engine nv) gradients."""
+        if self._plain is not None:
+            return self._plain[0]
         blocks = [np.zeros((0, self.model.nv))]
         for name in self.names:
             if name in self._rows:
@@ -105,65 +120,191 @@ class Targets:
                     out[name] = float(data.site_xpos[site, LINEAR[suffix]])
         return out
 
-    def missing(self, data: mujoco.MjData, wanted: dict[str, float | Array]) -> Array:
-        """(rows,) present minus wanted; of rotations the rotation vector from wanted to present, in world axes."""
+    def missing(self, data: mujoco.MjData, wanted: Sequence[Any]) -> Array:
+        """(rows,) present minus wanted, in the order of the names; of rotations the rotation vector from wanted to present, in world
+        axes."""
+        if self._plain is not None:
+            return np.asarray(self._over_qpos @ data.qpos + (self._plain[1] - wanted))
         out = [np.zeros(0)]
-        for name, value in self.now(data).items():
+        for value, target in zip(self.now(data).values(), wanted, strict=True):
             if np.ndim(value) == 2:
-                out.append(rotation_log(np.asarray(value) @ np.asarray(wanted[name]).T))
+                out.append(rotation_log(np.asarray(value) @ np.asarray(target).T))
             else:
-                out.append(np.array([float(value) - float(wanted[name])]))
+                out.append(np.array([float(value) - float(target)]))
         return np.concatenate(out)
 
 
+class MujocoCloser:
+    """The closure equations of a mechanism with given targets, in the engine's coordinates qpos, connectors included; keeps model,
+    data and what depends on the names for many solutions. Implements `mechlab.mechanism.warm_start.PoseEquations`."""
+
+    def __init__(self, mechanism: Mechanism, names: Iterable[str]) -> None:
+        self.mechanism = mechanism
+        self.model, self.data = to_mujoco(mechanism)
+        self.map = MujocoMap(mechanism, self.model)
+        self.targets = Targets(self.map, names, rates=False)
+        self.names = self.targets.names
+
+    def start(self, q: Array) -> Array:
+        """(engine nq,) the engine's coordinates of a pose q (nq,)."""
+        return self.map.engine_coordinates(q)
+
+    def coordinates(self, x: Array) -> Array:
+        """(nq,) of the mechanism."""
+        return self.map.coordinates(x)
+
+    def place(self, x: Array) -> None:
+        """Move to the engine's coordinates and evaluate positions and constraint rows."""
+        self.data.qpos[:] = x
+        mujoco.mj_fwdPosition(self.model, self.data)
+
+    def evaluate(self, q: Array, targets: Sequence[Any]) -> tuple[Array, Array]:
+        """(m,) residual of the equality rows, then of the targets, and (m, engine nv) Jacobian at the engine's coordinates q."""
+        self.place(q)
+        data, count = self.data, int(self.data.ne)  # the engine's equality rows stand first
+        residual = np.concatenate([data.efc_pos[:count], self.targets.missing(data, targets)])
+        rows = data.efc_J[: count * self.model.nv].reshape(count, self.model.nv)
+        return residual, np.concatenate([rows, self.targets.jacobian(data)])
+
+    def step(self, q: Array, dv: Array) -> Array:
+        """The engine's coordinates moved by dv (engine nv,)."""
+        out = q.copy()
+        mujoco.mj_integratePos(self.model, out, dv, 1.0)
+        return out
+
+    @cached_property
+    def newton_steps(self) -> NewtonSteps:
+        """The steps of these equations, from the rows at a generic pose."""
+        x = self.start(generic(self.mechanism)[0])
+        self.place(x)
+        now = list(self.targets.now(self.data).values())
+        held = np.zeros((len(rows := held_rows(self.mechanism, self.names)), self.model.nv))
+        held[:, self.map.dof] = rows
+        return NewtonSteps(self.evaluate(x, now)[1], held)
+
+
+def kept_closer(mechanism: Mechanism, names: tuple[str, ...]) -> MujocoCloser:
+    """A MujocoCloser for these names; the last few of each thread are kept, by identity of the mechanism."""
+    return _KEPT.get(MujocoCloser, mechanism, names)
+
+
+_KEPT = LastKept()
 Given = Mapping[str, float | Array]
 
 
 def assemble(mechanism: Mechanism, given: Given, start: ArrayLike | None = None, steps: int = 10) -> Assembly:
-    """Coordinates q (nq,) that close all loops and relations and have the `given` quantities, by MuJoCo.
+    """Coordinates that close all loops and have the given values.
 
-    given: joints and shafts (physical values), FRAME_x FRAME_y FRAME_z [m], FRAME_rotation (3, 3). Newton on the
-    engine's residual and Jacobian (efc_pos, efc_J) and the gradients of what is given, followed along a path in at
+    given: joints and shafts (physical values), FRAME_x, FRAME_y, FRAME_z [m], FRAME_rotation (3, 3). Newton on the
+    engine's own constraint residuals and Jacobian (efc_pos, efc_J) and the gradients of what is given, followed along a path in at
     least `steps` steps from the pose `start` (default: the reference), whose assembly mode is kept. steps = 1: Newton
     from the start, and a status that says so if that met another mode.
     The engine's soft constraints do not matter here: the residual is brought to rounding level. With fewer quantities
     than freedoms the others move as little as they must. Raises MechlabError for an unknown name.
     """
     m = mechanism
-    model, data = to_mujoco(m)
-    map_ = MujocoMap(m, model)
-    targets = Targets(map_, given, rates=False)
+    closer = kept_closer(m, tuple(given))
     q0 = m.reference() if start is None else np.asarray(start, dtype=float)
     if q0.shape != (m.nq,):
         raise MechlabError(f"{m.name}: the start has shape {q0.shape}, expected ({m.nq},).")
-    end = {name: _checked(m, name, value) for name, value in given.items()}
-    first = map_.engine_coordinates(q0)
-    data.qpos[:] = first
-    mujoco.mj_fwdPosition(model, data)
-    begin = targets.now(data)
+    end = [_checked(m, name, value) for name, value in given.items()]
+    first = closer.start(q0)
+    closer.place(first)
+    begin = list(closer.targets.now(closer.data).values())
 
     def evaluate(qpos: Array, s: float) -> tuple[Array, Array]:
-        data.qpos[:] = qpos
-        mujoco.mj_fwdPosition(model, data)
-        residual, jacobian = equality_rows(model, data)
-        wanted = {name: _between(begin[name], end[name], s) for name in end}
-        missing = targets.missing(data, wanted)
-        return np.concatenate([residual, missing]), np.vstack([jacobian, targets.jacobian(data)])
-
-    def step(qpos: Array, dv: Array) -> Array:
-        out = qpos.copy()
-        mujoco.mj_integratePos(model, out, dv, 1.0)
-        return out
+        return closer.evaluate(qpos, [_between(a, b, s) for a, b in zip(begin, end, strict=True)])
 
     if steps > 1:
-        found = follow(evaluate, step, first, steps=steps)
+        found = follow(evaluate, closer.step, first, steps=steps)
     else:
-        found = newton(lambda x: evaluate(x, 1.0), step, first)
-    found = replace(found, q=map_.coordinates(found.q))
+        found = newton(lambda x: evaluate(x, 1.0), closer.step, first)
+    found = replace(found, q=closer.coordinates(found.q))
     scalars = [name for name in given if name in m.scalar_names]
     if found.closed and len(scalars) == len(given) and not same_mode(m, q0, found.q, scalars):
         return replace(found, status=Status.WRONG_MODE)
     return found
+
+
+class MujocoState:
+    """A mechanism on MuJoCo at one state, in the engine's coordinates and rates, connectors included; keeps model and data.
+    Implements `mechlab.engines.motions.KeptState`."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self.model, self.data = to_mujoco(mechanism)
+        self.map = MujocoMap(mechanism, self.model)
+        self.closure = Closure(self.model)
+        self._targets: dict[tuple[str, ...], Targets] = {}
+
+    def start(self, q: Array) -> Array:
+        """(engine nq,) the engine's coordinates of a pose q (nq,)."""
+        return self.map.engine_coordinates(q)
+
+    def place(self, x: Array) -> None:
+        """Move to the engine's coordinates at rest."""
+        self.move(x, np.zeros(self.model.nv))
+
+    def move(self, x: Array, u: Array) -> None:
+        """Move to the engine's coordinates and rates."""
+        self.data.qpos[:], self.data.qvel[:] = x, u
+        mujoco.mj_fwdPosition(self.model, self.data)
+        mujoco.mj_fwdVelocity(self.model, self.data)
+
+    def at(self, q: ArrayLike, v: ArrayLike | None) -> MujocoState:
+        """Moved to coordinates q (nq,) and rates v (nv,) of the mechanism. Raises MechlabError for a wrong shape."""
+        m = self.mechanism
+        q, v = np.asarray(q, dtype=float), np.zeros(m.nv) if v is None else np.asarray(v, dtype=float)
+        if q.shape != (m.nq,) or v.shape != (m.nv,):
+            raise MechlabError(f"{m.name}: shapes {q.shape}, {v.shape} of q, v; expected ({m.nq},), ({m.nv},).")
+        x = self.start(q)
+        self.move(x, self.map.engine_rates(x, v))
+        return self
+
+    def targets(self, names: Sequence[str]) -> Targets:
+        """Rows and biases of the names."""
+        key = tuple(names)
+        if key not in self._targets:
+            self._targets[key] = Targets(self.map, key, rates=True)
+        return self._targets[key]
+
+    def rate_rows(self, names: Sequence[str]) -> Array:
+        """(m, engine nv) rows of the engine's equalities, then of the names."""
+        return np.concatenate([equality_jacobian(self.model, self.data), self.targets(names).jacobian(self.data)])
+
+    def accel_rows(self, names: Sequence[str]) -> tuple[Array, Array]:
+        """(m, engine nv) rows and (m,) dJ/dt v, exact, from mj_jacDot (see `Closure`)."""
+        jacobian, bias = self.closure.rows(self.data)
+        targets = self.targets(names)
+        return np.concatenate([jacobian, targets.jacobian(self.data)]), np.concatenate([bias, targets.bias(self.data)])
+
+    def frame(self, name: str) -> tuple[Array, Array, Array, Array]:
+        """Pose, velocity, Jacobian and dJ/dt v of a Frame."""
+        model, data, site = self.model, self.data, self.map.site(name)
+        body = int(model.site_bodyid[site])
+        jacobian, change = np.zeros((6, model.nv)), np.zeros((6, model.nv))
+        mujoco.mj_jacSite(model, data, jacobian[:3], jacobian[3:], site)
+        mujoco.mj_jacDot(model, data, change[:3], change[3:], data.site_xpos[site], body)
+        pose = np.eye(4)
+        pose[:3, :3], pose[:3, 3] = data.site_xmat[site].reshape(3, 3), data.site_xpos[site]
+        return pose, jacobian @ data.qvel, jacobian, change @ data.qvel
+
+    def rates(self, u: Array) -> Array:
+        """(..., nv) of the mechanism."""
+        return self.map.rates(u)
+
+
+_STATES, _MOTIONS = LastKept(), LastKept()
+
+
+def kept_state(mechanism: Mechanism) -> MujocoState:
+    """A MujocoState; the last few of each thread are kept, by identity of the mechanism."""
+    return _STATES.get(MujocoState, mechanism)
+
+
+def kept_motions(mechanism: Mechanism) -> KeptMotions:
+    """Motions at many poses; the last few of each thread are kept."""
+    return _MOTIONS.get(lambda m: KeptMotions(kept_state(m)), mechanism)
 
 
 def rates(mechanism: Mechanism, q: ArrayLike, given: Mapping[str, float]) -> Array:
@@ -172,11 +313,10 @@ def rates(mechanism: Mechanism, q: ArrayLike, given: Mapping[str, float]) -> Arr
     given: rates of joints and shafts, FRAME_x FRAME_y FRAME_z [m/s], FRAME_wx FRAME_wy FRAME_wz [rad/s]; the smallest
     when they do not fix the motion. Raises NoSolution when they contradict the constraints (as at a singular pose).
     """
-    model, data, map_ = _at(mechanism, q, None)
-    targets = Targets(map_, given, rates=True)
-    matrix = np.vstack([equality_jacobian(model, data), targets.jacobian(data)])
+    state = kept_state(mechanism).at(q, None)
+    matrix = state.rate_rows(tuple(given))
     wanted = np.concatenate([np.zeros(len(matrix) - len(given)), [float(x) for x in given.values()]])
-    return map_.rates(_solved(mechanism, matrix, wanted, "rates", tuple(given)))
+    return state.rates(_solved(mechanism, matrix, wanted, "rates", tuple(given)))
 
 
 def accelerations_of(mechanism: Mechanism, q: ArrayLike, v: ArrayLike, given: Mapping[str, float]) -> Array:
@@ -185,12 +325,10 @@ def accelerations_of(mechanism: Mechanism, q: ArrayLike, v: ArrayLike, given: Ma
     given: as of `rates`, second derivatives. dJ/dt v is exact, from mj_jacDot (see `Closure`). Raises NoSolution when
     the given ones contradict the constraints.
     """
-    model, data, map_ = _at(mechanism, q, v)
-    targets = Targets(map_, given, rates=True)
-    jacobian, bias = Closure(model).rows(data)
-    matrix = np.vstack([jacobian, targets.jacobian(data)])
-    wanted = np.concatenate([-bias, [float(x) for x in given.values()] - targets.bias(data)])
-    return map_.rates(_solved(mechanism, matrix, wanted, "accelerations", tuple(given)))
+    state = kept_state(mechanism).at(q, v)
+    matrix, bias = state.accel_rows(tuple(given))
+    wanted = np.concatenate([np.zeros(len(matrix) - len(given)), [float(x) for x in given.values()]]) - bias
+    return state.rates(_solved(mechanism, matrix, wanted, "accelerations", tuple(given)))
 
 
 def frame_motion(
@@ -199,30 +337,11 @@ def frame_motion(
     """Pose (4, 4), velocity (6,) and acceleration (6,) of a Frame by MuJoCo: linear at its origin, then angular, in
     world axes. Rates and accelerations default to zero."""
     mechanism.frame(frame)
-    model, data, map_ = _at(mechanism, q, v)
-    targets = Targets(map_, [f"{frame}_{s}" for s in ("x", "y", "z", "wx", "wy", "wz")], rates=True)
-    jacobian = targets.jacobian(data)
-    site = map_.site(frame)
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = data.site_xmat[site].reshape(3, 3), data.site_xpos[site]
-    acceleration = targets.bias(data)
+    state = kept_state(mechanism).at(q, v)
+    pose, velocity, jacobian, acceleration = state.frame(frame)
     if a is not None:
-        acceleration = acceleration + jacobian[:, map_.dof] @ np.asarray(a, dtype=float)
-    return pose, jacobian @ data.qvel, acceleration
-
-
-def _at(m: Mechanism, q: ArrayLike, v: ArrayLike | None) -> tuple[mujoco.MjModel, mujoco.MjData, MujocoMap]:
-    """A model evaluated at a pose and rates, connectors included."""
-    q, v = np.asarray(q, dtype=float), np.zeros(m.nv) if v is None else np.asarray(v, dtype=float)
-    if q.shape != (m.nq,) or v.shape != (m.nv,):
-        raise MechlabError(f"{m.name}: shapes {q.shape}, {v.shape} of q, v; expected ({m.nq},), ({m.nv},).")
-    model, data = to_mujoco(m)
-    map_ = MujocoMap(m, model)
-    data.qpos[:] = map_.engine_coordinates(q)
-    data.qvel[:] = map_.engine_rates(data.qpos, v)
-    mujoco.mj_fwdPosition(model, data)
-    mujoco.mj_fwdVelocity(model, data)
-    return model, data, map_
+        acceleration = acceleration + jacobian[:, state.map.dof] @ np.asarray(a, dtype=float)
+    return pose, velocity, acceleration
 
 
 def _solved(m: Mechanism, matrix: Array, wanted: Array, what: str, names: tuple[str, ...]) -> Array:

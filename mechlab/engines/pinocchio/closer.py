@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Sequence
 from functools import cached_property
 
@@ -14,9 +13,11 @@ from mechlab.engines.pinocchio.kinematics import PinKinematics
 from mechlab.engines.pinocchio.quantities import Quantities, interpolate
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.kept import LastKept
 from mechlab.mechanism.kinematics import integrate
+from mechlab.mechanism.many_rows import NewtonSteps, held_rows
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.structure import generic, independent_rows, structure
+from mechlab.mechanism.structure import generic, independent_rows
 
 NEAR = 0.05
 """Moves smaller than this [rad or m] stay in one assembly mode."""
@@ -41,6 +42,17 @@ class Closer:
         items = self.quantities.items
         off = [self.quantities.difference(i, x) for i, x in zip(items, targets, strict=True)]
         return np.concatenate([residual, *off]), np.concatenate([jacobian, self.quantities.jacobian()])
+
+    def start(self, q: Array) -> Array:
+        """The coordinates in which the equations are solved: q (nq,) itself."""
+        return q
+
+    coordinates = start
+
+    @cached_property
+    def newton_steps(self) -> NewtonSteps:
+        """The steps of these equations, from the rows at a generic pose."""
+        return NewtonSteps(self._rows(generic(self.mechanism)[0]), held_rows(self.mechanism, self.names))
 
     def values(self, q: Array) -> list[Array | float]:
         """Present values of the targets."""
@@ -71,10 +83,7 @@ class Closer:
     @cached_property
     def _local(self) -> Array:
         """Rows that hold the local freedoms, where the targets do not."""
-        m = self.mechanism
-        free = [n for n in structure(m).independent if n in m.rate_names and n not in self.names]
-        free = [n for n in free if n not in {d.on for d in m.drives}][: len(structure(m).idle)]
-        return np.eye(m.nv)[[m.rate_names.index(n) for n in free]]
+        return held_rows(self.mechanism, self.names)
 
     def smallest(self, q: Array) -> float:
         """Smallest singular value of the equations at q that is not zero everywhere: 0 at a singular position.
@@ -108,23 +117,12 @@ class Closer:
         return integrate(self.mechanism, q, dv)
 
 
-class _Kept(threading.local):
-    def __init__(self) -> None:
-        self.closers: list[Closer] = []
-
-
-_KEPT = _Kept()
+_KEPT = LastKept()
 
 
 def kept_closer(mechanism: Mechanism, names: tuple[str, ...]) -> Closer:
     """A Closer for these targets; the last few of each thread are kept, by identity of the mechanism."""
-    for found in _KEPT.closers:
-        if found.mechanism is mechanism and found.names == names:
-            return found
-    made = Closer(mechanism, names)
-    _KEPT.closers.insert(0, made)
-    del _KEPT.closers[8:]
-    return made
+    return _KEPT.get(Closer, mechanism, names)
 
 
 def path(

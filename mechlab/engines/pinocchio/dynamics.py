@@ -21,12 +21,16 @@ from mechlab.engines.pinocchio.kkt import Factors, dense, factor
 from mechlab.engines.pinocchio.model import PinModel
 from mechlab.errors import Untrustworthy
 from mechlab.experiment.tree_plant import MassShare
+from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.kinematics import Kinematics
+from mechlab.mechanism.kinematics import Kinematics, TreeKinematics, integrate
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Joint, Shaft
 from mechlab.mechanism.statics import DryFriction, spring_force, spring_stretch
-from mechlab.mechanism.structure import structure
+from mechlab.mechanism.structure import rank, structure
+
+FEW_ROWS = 300
+"""Rows are tested for repeating each other up to this number."""
 
 
 class Passive:
@@ -206,13 +210,26 @@ class PinPlant:
     def factors(self) -> Factors | None:
         """Factors of mass matrix and constraint rows; None when the mass matrix is singular by itself."""
         if self._factors is None:
-            self._factors = factor(self.mass_matrix(), self.jacobian(), lambda: self._rank)
+            self._factors = factor(self.mass_matrix(), self.jacobian(), self._rank)
         return self._factors
 
     @cached_property
-    def _rank(self) -> int:
-        """Rank of the constraint rows where the loops are closed."""
-        return structure(self.mechanism).rank
+    def _rank(self) -> int | None:
+        """Rank of the constraint rows where the loops are closed, if it is below their number; None where they are independent, but
+        for rows that are zero."""
+        count = len(self.constraints)
+        if not 0 < count <= FEW_ROWS:
+            return None
+        m = self.mechanism
+        constraints = ConstraintSet(m)
+        # planar loops have rows that are zero in every pose, closed or not
+        moved = integrate(m, m.reference(), np.random.default_rng(5).normal(size=m.nv))
+        size = np.abs(constraints.jacobian(TreeKinematics(m, moved))).max(axis=1)
+        independent = int(np.count_nonzero(size > 1e-12 * size.max()))
+        if rank(constraints.jacobian(TreeKinematics(m))) >= independent:
+            return None
+        found = structure(m).rank
+        return found if found < independent else None
 
     def correction(self, residual: Array) -> Array:
         """(nv,) smallest change of the rates, or displacement, that takes `residual` (rows,) away: J dv = -residual."""

@@ -9,13 +9,14 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
+from mechlab.engines.pinocchio.closer import kept_closer
 from mechlab.engines.pinocchio.dynamics import PinPlant
 from mechlab.engines.pinocchio.equations import Equations, PinSmallMotions
 from mechlab.engines.pinocchio.friction_trace import trace_friction
 from mechlab.engines.pinocchio.inverse import Solved, assemble
 from mechlab.engines.pinocchio.kinematics import frame_motion
 from mechlab.engines.pinocchio.model import file_size
-from mechlab.engines.pinocchio.quantities import accelerations_of, rates
+from mechlab.engines.pinocchio.quantities import accelerations_of, kept_motions, rates
 from mechlab.engines.pinocchio.reactions import loop_loads, motion_forces
 from mechlab.engines.pinocchio.runner import run, versions
 from mechlab.engines.pinocchio.trace import GAINS, Stabilisation, fits, trace
@@ -46,6 +47,8 @@ class Pinocchio(Engine):
     rates = staticmethod(rates)
     accelerations_of = staticmethod(accelerations_of)
     frame_motion = staticmethod(frame_motion)
+    pose_equations = staticmethod(kept_closer)
+    motions = staticmethod(kept_motions)
 
     def trace(
         self, mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int, constraints: str = "", friction: str = ""

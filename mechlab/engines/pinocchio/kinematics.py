@@ -123,6 +123,17 @@ class PinKinematics:
         return np.concatenate([rate[:3] + cross(rate[3:], point) + cross(twist[3:], moving), rate[3:]])
 
 
+def frame_state(kin: PinKinematics, frame: str) -> tuple[Array, Array, Array, Array]:
+    """Pose (4, 4), velocity (6,), Jacobian (6, nv) and dJ/dt v (6,) of a Frame at the state of `kin`: linear at its origin, then
+    angular, in world axes. Raises MechlabError for an unknown frame."""
+    place = kin.mechanism.frame(frame)
+    rotation, origin = kin.pose(place.body)
+    point = origin + rotation @ place.placement.translation
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = rotation @ place.placement.rotation, point
+    return pose, kin.velocity(place.body, point), kin.jacobian(place.body, point), kin.bias(place.body, point)
+
+
 def frame_motion(
     mechanism: Mechanism, frame: str, q: ArrayLike, v: ArrayLike | None = None, a: ArrayLike | None = None
 ) -> tuple[Array, Array, Array]:
@@ -130,13 +141,7 @@ def frame_motion(
 
     Rates v and accelerations a (nv,) default to zero. Raises MechlabError for an unknown frame.
     """
-    place = mechanism.frame(frame)
-    kin = PinKinematics(mechanism, q, v)
-    rotation, origin = kin.pose(place.body)
-    point = origin + rotation @ place.placement.translation
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = rotation @ place.placement.rotation, point
-    acceleration = kin.bias(place.body, point)
+    pose, velocity, jacobian, acceleration = frame_state(PinKinematics(mechanism, q, v), frame)
     if a is not None:
-        acceleration = acceleration + kin.jacobian(place.body, point) @ np.asarray(a, dtype=float)
-    return pose, kin.velocity(place.body, point), acceleration
+        acceleration = acceleration + jacobian @ np.asarray(a, dtype=float)
+    return pose, velocity, acceleration

@@ -10,18 +10,27 @@ only: whoever knows their rank says it, so that the small difference is not divi
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
+from types import ModuleType
 
 import numpy as np
-from scipy.linalg.lapack import dpotrf, dpotrs, dtrtri
 
 from mechlab.mechanism.geometry import Array
 
 PIVOT = 1e-5
-WEAK = 1e-2
-"""Pivots below this are looked at: in the middle of a step rows that repeat others leave (rate x step)^2, or a singular pose is near."""
+SMALL = 0.03
+"""Rows that repeat others may be small, and point anywhere where loops are a little open: smaller ones than this, relative to the largest,
+are not scaled up to it."""
 RANK = 1e-10
+
+
+@cache
+def lapack() -> ModuleType:
+    """LAPACK's own functions, loaded when the first matrix is factored: scipy takes .1 s to load, and poses need none."""
+    import scipy.linalg.lapack
+
+    return scipy.linalg.lapack
 
 
 @dataclass(frozen=True)
@@ -46,7 +55,7 @@ class Factors:
         if not len(right):
             return np.zeros(0)
         if self.small is not None:
-            return np.asarray(dpotrs(self.small, right / self.scale, lower=1)[0] / self.scale)
+            return np.asarray(lapack().dpotrs(self.small, right / self.scale, lower=1)[0] / self.scale)
         assert self.pseudo is not None and self.null is not None
         out = self.pseudo @ right
         return np.asarray(out - self.null @ (self.null.T @ out))
@@ -62,14 +71,14 @@ class Factors:
         return np.asarray(self.root.T @ (self.y @ self.reactions(-residual)))
 
 
-def factor(mass: Array, jacobian: Array, most: Callable[[], int] | None = None) -> Factors | None:
-    """Factors of M (nv, nv), J (rows, nv); None when M itself is singular (then use `dense`). most(): the rank of J where the loops
-    are closed, asked for where it may matter; more combinations of rows are not believed."""
-    chol, info = dpotrf(mass, lower=1, clean=1)
+def factor(mass: Array, jacobian: Array, most: int | None = None) -> Factors | None:
+    """Factors of M (nv, nv), J (rows, nv); None when M itself is singular (then use `dense`). most: the rank of J where the loops are
+    closed, if rows repeat others there; more combinations of rows are not believed."""
+    chol, info = lapack().dpotrf(mass, lower=1, clean=1)
     pivots = chol.diagonal().tolist()
     if info != 0 or not min(pivots) > 1e-9 * max(pivots):
         return None
-    root = dtrtri(chol, lower=1)[0]
+    root = lapack().dtrtri(chol, lower=1)[0]
     rows = len(jacobian)
     if not rows:
         return Factors(root, np.zeros((len(mass), 0)), np.zeros(0), None, None, None, 0)
@@ -82,18 +91,19 @@ def factor(mass: Array, jacobian: Array, most: Callable[[], int] | None = None) 
     # A void row gets the size infinity: zeros in the scaled matrix, and a reaction of zero.
     scaled = delassus / (scale[:, None] * scale)
     scaled.ravel()[:: rows + 1] = 1.0
-    small, info = dpotrf(scaled, lower=1)
-    pivot = small.diagonal().min()
-    independent = rows - int(np.isinf(scale).sum()) if empty else rows
-    if info == 0 and pivot > PIVOT and (pivot > WEAK or most is None or most() >= independent):
-        return Factors(root, y, scale, small, None, None, independent)
+    small, info = lapack().dpotrf(scaled, lower=1)
+    if most is None and info == 0 and small.diagonal().min() > PIVOT:
+        return Factors(root, y, scale, small, None, None, rows - int(np.isinf(scale).sum()) if empty else rows)
+    if most is not None:
+        scale = np.maximum(size, SMALL * size.max())
+        scaled = delassus / (scale[:, None] * scale)
     void = np.isinf(scale)
     scale = np.where(void, 1.0, scale)
     scaled[void, void] = 0.0
     values, vectors = np.linalg.eigh(scaled)
     keep = values > RANK * max(values[-1], 1e-300)
     if most is not None:
-        keep[: max(0, rows - most())] = False
+        keep[: max(0, rows - most)] = False
     pseudo = (vectors[:, keep] / values[keep]) @ vectors[:, keep].T / np.outer(scale, scale)
     null = np.linalg.qr(vectors[:, ~keep] / scale[:, None])[0]
     return Factors(root, y, scale, None, pseudo, null, int(np.count_nonzero(keep)))

@@ -9,10 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mechlab.engines.motions import KeptMotions
 from mechlab.engines.pinocchio.constraints import PinConstraints
-from mechlab.engines.pinocchio.kinematics import PinKinematics
+from mechlab.engines.pinocchio.kinematics import PinKinematics, frame_state
 from mechlab.errors import MechlabError, NoSolution, unknown
 from mechlab.mechanism.geometry import Array, quaternion_exp, quaternion_to_matrix, rotation_log
+from mechlab.mechanism.kept import LastKept
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Frame
 from mechlab.mechanism.singularity import singularity
@@ -147,6 +149,53 @@ def check_target(item: PoseQuantity, target: ArrayLike) -> None:
         raise MechlabError(f"{item.name} is a rate of turning and cannot be assembled; give FRAME_rotation.")
 
 
+class PinState:
+    """A mechanism on Pinocchio at one state; keeps its workspace. Implements `mechlab.engines.motions.KeptState`."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self.kin = PinKinematics(mechanism)
+        self.constraints = PinConstraints(self.kin)
+        self._items: dict[tuple[str, ...], Quantities] = {}
+
+    def start(self, q: Array) -> Array:
+        """q (nq,) itself."""
+        return q
+
+    def place(self, x: Array) -> None:
+        """Move to coordinates at rest."""
+        self.kin.set(x)
+
+    def move(self, x: Array, u: Array) -> None:
+        """Move to coordinates and rates."""
+        self.kin.set(x, u)
+
+    def items(self, names: Sequence[str]) -> Quantities:
+        """Values, rows and biases of the names."""
+        key = tuple(names)
+        if key not in self._items:
+            self._items[key] = Quantities(self.kin, list(key))
+            if any(i.rows != 1 for i in self._items[key].items):
+                raise MechlabError("a rotation has no scalar rate; give FRAME_wx, FRAME_wy, FRAME_wz instead.")
+        return self._items[key]
+
+    def rate_rows(self, names: Sequence[str]) -> Array:
+        """(m, nv) rows of loops and relations, then of the names."""
+        return np.concatenate([self.constraints.evaluate()[1], self.items(names).jacobian()])
+
+    def accel_rows(self, names: Sequence[str]) -> tuple[Array, Array]:
+        """(m, nv) rows and (m,) dJ/dt v."""
+        return self.rate_rows(names), np.concatenate([self.constraints.bias(), self.items(names).bias()])
+
+    def frame(self, name: str) -> tuple[Array, Array, Array, Array]:
+        """Pose, velocity, Jacobian and dJ/dt v of a Frame."""
+        return frame_state(self.kin, name)
+
+    def rates(self, u: Array) -> Array:
+        """(..., nv) themselves."""
+        return u
+
+
 @dataclass(frozen=True)
 class OutputJacobian:
     """The linear map between drive rates and the twist of a frame (linear at its origin, angular; world axes).
@@ -216,28 +265,41 @@ def _solve(closure: Array, rows: Array) -> tuple[Array, int]:
     return np.asarray(x, dtype=float), int(rank)
 
 
+_KEPT, _MOTIONS = LastKept(), LastKept()
+
+
+def kept_state(mechanism: Mechanism) -> PinState:
+    """A PinState; the last few of each thread are kept, by identity of the mechanism."""
+    return _KEPT.get(PinState, mechanism)
+
+
+def kept_motions(mechanism: Mechanism) -> KeptMotions:
+    """Motions at many poses; the last few of each thread are kept."""
+    return _MOTIONS.get(lambda m: KeptMotions(kept_state(m)), mechanism)
+
+
 def rates(mechanism: Mechanism, q: ArrayLike, given: Mapping[str, float]) -> Array:
     """(nv,) rates that meet the constraints and give the quantities in `given` (joints, shafts, FRAME_x, FRAME_wx, ...)
     their rates; the smallest where a freedom is left.
 
     Raises NoSolution when the given rates contradict the constraints (also at a singular position).
     """
-    kin = PinKinematics(mechanism, q)
-    items = Quantities(kin, list(given))
-    closure = PinConstraints(kin).jacobian()
-    wanted = _flat(items, given)
-    right = np.concatenate([np.zeros(len(closure)), wanted])
-    return _meet(mechanism, np.concatenate([closure, items.jacobian()]), right, list(given), "rates")
+    state = kept_state(mechanism)
+    state.place(np.asarray(q, dtype=float))
+    matrix = state.rate_rows(tuple(given))
+    wanted = _flat(given)
+    right = np.concatenate([np.zeros(len(matrix) - len(wanted)), wanted])
+    return _meet(mechanism, matrix, right, list(given), "rates")
 
 
 def accelerations_of(mechanism: Mechanism, q: ArrayLike, v: ArrayLike, given: Mapping[str, float]) -> Array:
     """(nv,) accelerations that meet the constraints at rates v and give the quantities in `given` their accelerations;
     the smallest where a freedom is left. Raises NoSolution when they contradict the constraints."""
-    kin = PinKinematics(mechanism, q, v)
-    items = Quantities(kin, list(given))
-    constraints = PinConstraints(kin)
-    right = np.concatenate([-constraints.bias(), _flat(items, given) - items.bias()])
-    matrix = np.concatenate([constraints.jacobian(), items.jacobian()])
+    state = kept_state(mechanism)
+    state.kin.set(q, v)
+    matrix, bias = state.accel_rows(tuple(given))
+    wanted = _flat(given)
+    right = np.concatenate([np.zeros(len(matrix) - len(wanted)), wanted]) - bias
     return _meet(mechanism, matrix, right, list(given), "accelerations")
 
 
@@ -252,10 +314,8 @@ def quantity_rates(
     return dict(zip(names, first.tolist(), strict=True)), dict(zip(names, second.tolist(), strict=True))
 
 
-def _flat(items: Quantities, given: Mapping[str, float]) -> Array:
-    if any(i.rows != 1 for i in items.items):
-        raise MechlabError("a rotation has no scalar rate; give FRAME_wx, FRAME_wy, FRAME_wz instead.")
-    values = np.array([float(given[i.name]) for i in items.items])
+def _flat(given: Mapping[str, float]) -> Array:
+    values = np.array([float(x) for x in given.values()])
     if not np.all(np.isfinite(values)):
         raise MechlabError(f"expected finite numbers, got {dict(given)!r}.")
     return values

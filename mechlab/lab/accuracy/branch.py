@@ -13,6 +13,7 @@ from mechlab.errors import NoSolution
 from mechlab.experiment.prices import price_of_poses
 from mechlab.integrate import count_work
 from mechlab.mechanism import Mechanism
+from mechlab.mechanism.batch_sparse import SparseClosing
 from mechlab.mechanism.batch_tree import BatchRows, BatchTree
 from mechlab.mechanism.geometry import Array
 
@@ -45,6 +46,10 @@ class PoseBranch:
         self.others = np.array([k for k in range(mechanism.nv) if k != coordinate], dtype=int)
         self.start = float(q0[coordinate])
         self.columns = np.array([*self.others, mechanism.nv, coordinate], dtype=int)
+        try:
+            self.sparse: SparseClosing | None = SparseClosing(rows, coordinate)
+        except ValueError:  # dense equations are cheaper
+            self.sparse = None
         self.turn: Array | None = None
         self.patience = 10**9
         self.limit = np.inf
@@ -79,13 +84,9 @@ class PoseBranch:
         u[:, self.coordinate] = 1.0
         if not self.rows.count or not len(self.others):
             return q, u
-        count = len(self.others)
-        price = price_of_poses(len(q), self.mechanism.nv, solved=True)
         for _ in range(8):
-            count_work(price)
-            system = self.rows.system(q)[:, :, self.columns]
             try:
-                solved = _least_squares(system[:, :, :count], system[:, :, count:])
+                solved = self._step(q)
             except np.linalg.LinAlgError:
                 raise NoSolution(f"{self.mechanism.name}: singular pose on the path") from None
             correction = solved[:, :, 0]
@@ -99,6 +100,17 @@ class PoseBranch:
             if not size < near:
                 break
         raise NoSolution(f"{self.mechanism.name}: the path of {self.name} cannot be followed here")
+
+    def _step(self, q: Array) -> Array:
+        """(P, nv - 1, 2) what to subtract from the other coordinates to close the poses, and minus their tangents."""
+        if self.sparse is not None:
+            count_work(price_of_poses(len(q), self.mechanism.nv, sparse=self.sparse.equations.work))
+            found, change = self.sparse.solve(q)
+            if _settled(found, change):
+                return found
+        count_work(price_of_poses(len(q), self.mechanism.nv, solved=True))
+        count, system = len(self.others), self.rows.system(q)[:, :, self.columns]
+        return _least_squares(system[:, :, :count], system[:, :, count:])
 
     @property
     def name(self) -> str:
@@ -209,10 +221,14 @@ def _least_squares(matrices: Array, sides: Array) -> Array:
     found = inverse @ (across @ sides)
     change = inverse @ (across @ (sides - matrices @ found))
     found += change
-    # the step of refinement restores the digits lost to the squared condition number; its size says how many
-    if not max(change.max(), -change.min()) < NORMAL_EQUATIONS_LIMIT * max(found.max(), -found.min(), 1e-6):
+    if not _settled(found, max(change.max(), -change.min())):
         return _by_factors(matrices, sides)
     return np.asarray(found)
+
+
+def _settled(found: Array, change: float) -> bool:
+    """Whether the step of refinement restored the digits lost to the squared condition number; its size says how many."""
+    return bool(change < NORMAL_EQUATIONS_LIMIT * max(found.max(), -found.min(), 1e-6))
 
 
 def _by_factors(matrices: Array, sides: Array) -> Array:

@@ -39,6 +39,8 @@ PATIENCE = 2
 """Steps along a joint that may fail while there are other joints to try."""
 NEAR = 1e-2
 """Poses farther than this [rad or m] from the polynomials of the coarser nodes may lie on another branch: they are closed anew."""
+COPIED = 1_000_000
+"""Numbers up to which the coefficients of the polynomials are copied to the places where they are asked for."""
 SETTLED = 1e-2
 """Largest share by which the time of a swing may change with half the nodes, or with the last digit of the energy. Beyond it the
 motion hardly leaves its turning point, and the change says nothing of the error."""
@@ -203,7 +205,7 @@ class EnergyMotion:
         d = slope @ c
         g = (b * clock.slopes[cell]).sum(axis=1)
         polynomials = (c, d, slope @ d) if accelerations else (c, d)
-        found = [(b[:, None] @ x[cell])[:, 0] for x in polynomials]
+        found = [_of_cells(b, x, cell) for x in polynomials]
         value, first = found[:2]
         v = first / g[:, None]
         q = value
@@ -270,7 +272,7 @@ class EnergyMotion:
             passed = passed + clock.total * place.lap - clock.time(o.x0)
         out = states.v * (t - passed)[:, None]
         if every > 1:
-            out += (b[:, None, :-1] @ (chebyshev_fit(n) @ self.samples.q[:, ::every])[place.cell])[:, 0] - place.q
+            out += _of_cells(b[:, :-1], chebyshev_fit(n) @ self.samples.q[:, ::every], place.cell) - place.q
         return np.asarray(out)
 
     @property
@@ -306,3 +308,15 @@ class EnergyMotion:
         if not shift:
             self._paces = np.asarray(g)
         return np.asarray(g)
+
+
+def _of_cells(basis: Array, coefficients: Array, cell: NDArray[np.intp]) -> Array:
+    """(P, nv) sums of basis (P, n) times the coefficients (cells, n, nv) of each place's cell; of large mechanisms cell by cell, so
+    that no coefficient is copied."""
+    if basis.size * coefficients.shape[2] < COPIED:
+        return np.asarray((basis[:, None] @ coefficients[cell])[:, 0])
+    out = np.empty((len(basis), coefficients.shape[2]))
+    for k in np.unique(cell):
+        here = cell == k
+        out[here] = basis[here] @ coefficients[k]
+    return out

@@ -1,0 +1,302 @@
+"""Closures of large mechanisms at many poses at once, sparse: rows that know their columns, and least squares by elimination.
+
+A loop moves only the joints between its ends. In a row of N four-bars that are 3 of 2 N + 1, whatever N is; dense normal equations
+cost the cube of N, these its first power. The elimination (which joint after which) is planned once; every step of it is then one
+numpy call over all joints that do not meet each other and over all poses.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechlab.mechanism.batch_tree import CACHED, BatchRows, crossed
+from mechlab.mechanism.geometry import Array
+
+LARGE = 60
+"""Joints up to which dense equations are as fast; below it numbers do not change by a bit."""
+FEWER = 50
+"""A product of the elimination costs as much as this many of the dense equations."""
+
+Indices = NDArray[np.intp]
+
+
+class SparseRows:
+    """Residual and Jacobian of all loops and relations at many poses as the entries that can differ from zero; rows as in
+    `BatchRows.system`, poses as the last index.
+
+    row, column (nnz,): where the entries of `at(q)` stand.
+    """
+
+    def __init__(self, rows: BatchRows) -> None:
+        self.rows, self.tree = rows, rows.tree
+        self.count = rows.count
+        loops, rods = _columns(rows.between), _columns(rows.rod_between)
+        self._loops, self._rods = loops, rods
+        self._sign, self._rod_sign = (_taken(s, c) for s, c in ((rows.between, loops), (rows.rod_between, rods)))
+        linked, self._relations = np.nonzero(rows.relations)
+        self._coefficients = rows.relations[linked, self._relations]
+        offsets, angles, ends = rows.offsets[0], rows.angles[0], np.arange(len(rods))
+        parts = [
+            (loops[offsets], self._sign[offsets]),
+            (loops[angles], self._sign[angles]),
+            (rods[ends], self._rod_sign[ends]),
+        ]
+        first, self._kept, row, column = 0, [], [], []
+        for columns, sign in parts:
+            kept = np.nonzero(sign)
+            self._kept.append(kept)
+            row.append(first + kept[0])
+            column.append(columns[kept])
+            first += len(columns)
+        self.row: Indices = np.concatenate([*row, first + linked])
+        self.column: Indices = np.concatenate([*column, self._relations])
+
+    def at(self, q: Array) -> tuple[Array, Array]:
+        """Entries (nnz, P) of the Jacobian and residual (rows, P) at q (P, nv)."""
+        rows, tree = self.rows, self.tree
+        poses = tree.at(q)
+        linear, angular = tree.screws(poses)
+        values, residual = [], []
+        if len(rows.a[0]):
+            ra = poses.frames[rows.a[0]]
+            pa, pb = (ra @ rows.a[1])[:, :, :3, 0], tree.positions(poses, rows.b)
+            back = np.swapaxes(ra[:, :, :3, :3] @ rows.turn_a, 2, 3)
+            turns = angular[self._loops]
+            moves = linear[self._loops] - crossed(pb[:, None], turns)
+            i, k = rows.offsets
+            found = np.einsum("gpx,gcpx->gcp", back[i, :, k], moves[i]) * self._sign[i][..., None]
+            values.append(found[self._kept[0]])
+            residual.append(np.einsum("gpx,gpx->gp", back[i, :, k], (pb - pa)[i]))
+            i, j, k = rows.angles
+            rb = poses.frames[rows.b[0]][:, :, :3, :3] @ rows.turn_b
+            u, w = back[i, :, j], rb[i, :, :, k]
+            found = np.einsum("gpx,gcpx->gcp", crossed(w, u), turns[i]) * self._sign[i][..., None]
+            values.append(found[self._kept[1]])
+            residual.append(np.einsum("gpx,gpx->gp", u, w))
+        if len(rows.lengths):
+            pa, pb = tree.positions(poses, rows.rod_a), tree.positions(poses, rows.rod_b)
+            d, lengths = pb - pa, rows.lengths[:, None]
+            moves = linear[self._rods] - crossed(pb[:, None], angular[self._rods])
+            found = np.einsum("gpx,gcpx->gcp", d / lengths[..., None], moves) * self._rod_sign[..., None]
+            values.append(found[self._kept[2]])
+            residual.append(0.5 * (np.sum(d * d, axis=2) / lengths - lengths))
+        if len(rows.relations):
+            values.append(np.repeat(self._coefficients[:, None], len(q), axis=1))
+            residual.append(rows.relations @ q.T)
+        if not values:
+            return np.zeros((0, len(q))), np.zeros((0, len(q)))
+        return np.concatenate(values), np.concatenate(residual)
+
+
+def _columns(between: Array) -> Indices:
+    """(k, c) columns of each loop, from what is +1, -1 or 0 (k, 1, 1, n); filled up with columns that it does not move."""
+    signs = between.reshape(len(between), between.shape[-1]) != 0.0
+    most = int(signs.sum(axis=1).max(initial=0))
+    return np.argsort(~signs, axis=1, kind="stable")[:, :most]
+
+
+def _taken(between: Array, columns: Indices) -> Array:
+    """(k, c) the signs at those columns."""
+    return np.take_along_axis(between.reshape(len(between), between.shape[-1]), columns, axis=1)
+
+
+@dataclass(frozen=True)
+class _Round:
+    """Columns (k,) that are eliminated together, as none meets another, and what their elimination touches.
+
+    below: for each entry of the factor below the diagonal its place among all entries; of: which of the columns it is in (k,
+    local); row: its row. left, right: pairs of such entries (local), sorted by what they change; first: where a new target begins;
+    target: the places of those.
+    """
+
+    columns: Indices
+    diagonal: Indices
+    below: Indices
+    of: Indices
+    row: Indices
+    left: Indices
+    right: Indices
+    first: Indices
+    target: Indices
+
+
+class SparseLeastSquares:
+    """Least squares A x = b at many poses for one pattern of A (m, n), by the normal equations and one step of refinement.
+
+    rows, columns (nnz,): the pattern; work: products of an elimination.
+    """
+
+    def __init__(self, rows: Indices, columns: Indices, count: int) -> None:
+        self.n = count
+        order = np.argsort(rows, kind="stable")
+        self._rows, self._columns = rows, columns
+        ends = np.flatnonzero(np.diff(rows[order], prepend=-1, append=rows.max(initial=0) + 1))
+        in_rows = [order[a:b] for a, b in zip(ends[:-1], ends[1:], strict=True)]
+        meets: list[set[int]] = [set() for _ in range(count)]
+        for entries in in_rows:
+            own = columns[entries].tolist()
+            for c in own:
+                meets[c].update(own)
+        rounds, self.work, places = _plan(meets)
+        self._rounds, self._size = rounds, len(places)
+        pairs = [(e, f) for entries in in_rows for e in entries.tolist() for f in entries.tolist()]
+        wanted = np.array([places.get((int(columns[e]), int(columns[f])), -1) for e, f in pairs], dtype=np.intp)
+        self._left, self._right, self._first, self._target = _by_target(
+            np.array([e for e, _ in pairs], dtype=np.intp), np.array([f for _, f in pairs], dtype=np.intp), wanted
+        )
+        self._by_column = _by_target(np.arange(len(columns)), rows, columns)
+        self._by_row = _by_target(np.arange(len(rows)), columns, rows)
+
+    @property
+    def pays(self) -> bool:
+        """Whether it is cheaper than dense normal equations."""
+        return self.n > LARGE and FEWER * self.work < self.n**3
+
+    def solve(self, values: Array, sides: Array) -> tuple[Array, float]:
+        """(n, k, P) solutions for entries (nnz, P) and sides (m, k, P), and the largest change by the step of refinement.
+
+        Raises LinAlgError where a column is zero or repeats others to rounding.
+        """
+        factor = self._factor(values)
+        found = self._substitute(factor, self._across(values, sides))
+        change = self._substitute(factor, self._across(values, sides - self._times(values, found, len(sides))))
+        return found + change, max(change.max(), -change.min())
+
+    def _factor(self, values: Array) -> Array:
+        """L and D of A^T A = L D L^T in the places of the plan."""
+        x = np.zeros((self._size, values.shape[1]))
+        x[self._target] = np.add.reduceat(values[self._left] * values[self._right], self._first, axis=0)
+        for r in self._rounds:
+            pivots = x[r.diagonal]
+            if not pivots.min() > 0.0:
+                raise np.linalg.LinAlgError("singular matrix")
+            if not len(r.below):
+                continue
+            whole = x[r.below]
+            x[r.below] = scaled = whole / pivots[r.of]
+            x[r.target] -= np.add.reduceat(scaled[r.left] * whole[r.right], r.first, axis=0)
+        return x
+
+    def _substitute(self, factor: Array, y: Array) -> Array:
+        """The solution (n, k, P) of L D L^T x = y; y is used up."""
+        for r in self._rounds:
+            if len(r.below):
+                np.subtract.at(y, r.row, factor[r.below][:, None] * y[r.columns[r.of]])
+        for r in reversed(self._rounds):
+            y[r.columns] /= factor[r.diagonal][:, None]
+            if len(r.below):
+                np.subtract.at(y, r.columns[r.of], factor[r.below][:, None] * y[r.row])
+        return y
+
+    def _across(self, values: Array, sides: Array) -> Array:
+        """A^T sides: (n, k, P)."""
+        out = np.zeros((self.n, *sides.shape[1:]))
+        entries, rows, first, target = self._by_column
+        out[target] = np.add.reduceat(values[entries][:, None] * sides[rows], first, axis=0)
+        return out
+
+    def _times(self, values: Array, x: Array, count: int) -> Array:
+        """A x: (m, k, P)."""
+        out = np.zeros((count, *x.shape[1:]))
+        entries, columns, first, target = self._by_row
+        out[target] = np.add.reduceat(values[entries][:, None] * x[columns], first, axis=0)
+        return out
+
+
+def _plan(meets: list[set[int]]) -> tuple[list[_Round], int, dict[tuple[int, int], int]]:
+    """Rounds of elimination of a symmetric matrix whose columns meet others (and themselves), the number of products, and the
+    places of its entries (row, column), the later eliminated one first, by either order for those that a round asks for.
+
+    Each round takes columns of few others that do not meet each other (a multiple minimum degree).
+    """
+    around = [set(x) - {k} for k, x in enumerate(meets)]
+    left = set(range(len(meets)))
+    places: dict[tuple[int, int], int] = {}
+
+    def place(i: int, j: int) -> int:
+        return places.setdefault((i, j), len(places))
+
+    done: list[tuple[list[int], list[list[int]]]] = []
+    work = 0
+    while left:
+        least = min(len(around[k]) for k in left)
+        chosen: list[int] = []
+        blocked: set[int] = set()
+        for k in sorted((k for k in left if len(around[k]) <= least + 1), key=lambda k: (len(around[k]), k)):
+            if k not in blocked:
+                chosen.append(k)
+                blocked |= around[k]
+        belows = [sorted(around[k]) for k in chosen]
+        for k, others in zip(chosen, belows, strict=True):
+            work += len(others) ** 2 + len(others) + 1
+            for i in others:
+                around[i].discard(k)
+                around[i].update(x for x in others if x != i)
+        left.difference_update(chosen)
+        done.append((chosen, belows))
+    turn = {k: t for t, (chosen, _) in enumerate(done) for k in chosen}
+    rounds = []
+    for chosen, belows in done:
+        below, of, row, left_, right, target = (list[int]() for _ in range(6))
+        for c, (k, others) in enumerate(zip(chosen, belows, strict=True)):
+            start = len(below)
+            for i in others:
+                below.append(place(i, k))
+                of.append(c)
+                row.append(i)
+            for a, i in enumerate(others):
+                for b, j in enumerate(others):
+                    # each pair once: the entry stands below the diagonal of the one that is eliminated first
+                    if (turn[i], i) >= (turn[j], j):
+                        left_.append(start + a)
+                        right.append(start + b)
+                        target.append(place(i, j))
+        diagonal = [place(k, k) for k in chosen]
+        own = [np.array(x, dtype=np.intp) for x in (chosen, diagonal, below, of, row)]
+        pairs = _by_target(*(np.array(x, dtype=np.intp) for x in (left_, right, target)))
+        rounds.append(_Round(own[0], own[1], own[2], own[3], own[4], *pairs))
+    return rounds, work, places
+
+
+def _by_target(left: Indices, right: Indices, target: Indices) -> tuple[Indices, Indices, Indices, Indices]:
+    """Pairs sorted by their target, those without one (-1) left out; where each new target begins, and the targets."""
+    kept = np.flatnonzero(target >= 0)
+    order = kept[np.argsort(target[kept], kind="stable")]
+    found, first = np.unique(target[order], return_index=True)
+    return left[order], right[order], first.astype(np.intp), found.astype(np.intp)
+
+
+class SparseClosing:
+    """The Newton step of closing many poses while one coordinate is given; raises ValueError where dense equations are cheaper."""
+
+    def __init__(self, rows: BatchRows, coordinate: int) -> None:
+        if rows.tree.ground - 1 <= LARGE:
+            raise ValueError("a small mechanism")
+        self._rows = SparseRows(rows)
+        others = np.flatnonzero(np.arange(rows.tree.ground) != coordinate)
+        place = np.full(rows.tree.ground, -1)
+        place[others] = np.arange(len(others))
+        columns = place[self._rows.column]
+        self._known = np.flatnonzero(columns >= 0)
+        self._given = np.flatnonzero(columns < 0)
+        self.equations = SparseLeastSquares(self._rows.row[self._known], columns[self._known], len(others))
+        if not self.equations.pays:
+            raise ValueError("a mechanism whose loops meet most of its joints")
+
+    def solve(self, q: Array) -> tuple[Array, float]:
+        """(P, n, 2) what to subtract from the other coordinates to close, and minus their rates for the rate 1 of the given one;
+        and the largest change by the step of refinement. Raises LinAlgError for a singular pose."""
+        size = max(1, CACHED // (self.equations.n + 1))
+        parts = [self._some(q[k : k + size]) for k in range(0, max(len(q), 1), size)]
+        return np.concatenate([found for found, _ in parts]), max(change for _, change in parts)
+
+    def _some(self, q: Array) -> tuple[Array, float]:
+        values, residual = self._rows.at(q)
+        sides = np.zeros((self._rows.count, 2, len(q)))
+        sides[:, 0] = residual
+        sides[self._rows.row[self._given], 1] = values[self._given]
+        found, change = self.equations.solve(values[self._known], sides)
+        return found.transpose(2, 0, 1), change

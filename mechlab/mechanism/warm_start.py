@@ -1,0 +1,177 @@
+"""One pose after the other, each closed from the last one: what depends only on the structure is kept, and nothing is searched.
+
+The pose is led by the tangent at the last pose, then by Newton's method with the exact Jacobian. It is taken only where every
+correction is a small share of the step before it, all rows close to rounding, no mode was left (sign of the determinant) and no
+singular position is near. Everything else is refused, and left to the robust search, which says what is the matter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Protocol
+
+import numpy as np
+
+from mechlab.mechanism.closing import CLOSED, CONTRACTS, LONGEST, POLISH, ROUNDING
+from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.many_poses import moved
+from mechlab.mechanism.many_rows import ManyRows, NewtonSteps
+from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.newton import Assembly, Status
+from mechlab.mechanism.structure import step_size
+
+REGULAR = 1e4
+"""Largest entry of the inverse of the Newton equations that counts as far from a singular position."""
+
+
+EXACT = 1e-15
+"""Residual [m or rad] that no Newton step makes smaller."""
+CUBIC = np.array([4.0, -6.0, 4.0, -1.0])
+"""Extrapolation by one even step of the cubic through four values, the last one first."""
+EVEN = 0.1
+"""Share of the step by which extrapolated given values may miss the targets."""
+CHORD = 1e-5
+"""Largest correction after which the inverse of the pose before it still serves: it is off by as much, and so is the last step, which
+is below 1e-12."""
+
+
+def largest(values: Array) -> float:
+    """Largest size of the numbers; 0 without any; NaN stays."""
+    return float(np.abs(values).max()) if values.size else 0.0
+
+
+class PoseEquations(Protocol):
+    """Closing equations with named quantities that an engine keeps, in coordinates x of its own."""
+
+    mechanism: Mechanism
+    names: tuple[str, ...]
+
+    def start(self, q: Array) -> Array:
+        """The engine's coordinates of a pose q (nq,)."""
+        ...
+
+    def coordinates(self, x: Array) -> Array:
+        """(nq,) of the mechanism."""
+        ...
+
+    def evaluate(self, q: Array, targets: Sequence[Any]) -> tuple[Array, Array]:
+        """(m,) residual of closure and targets, in the order of the names, and (m, n) Jacobian."""
+        ...
+
+    def step(self, q: Array, dv: Array) -> Array:
+        """x moved by dv (n,)."""
+        ...
+
+    @property
+    def newton_steps(self) -> NewtonSteps:
+        """The steps for these rows; made once."""
+        ...
+
+
+class TreeEquations:
+    """The equations by numpy alone."""
+
+    def __init__(self, rows: ManyRows) -> None:
+        self.rows, self.mechanism, self.names = rows, rows.mechanism, rows.names
+
+    def start(self, q: Array) -> Array:
+        """q itself."""
+        return q
+
+    coordinates = start
+
+    def evaluate(self, q: Array, targets: Sequence[Any]) -> tuple[Array, Array]:
+        """(m,) residual and (m, nv) Jacobian."""
+        placed = self.rows.at(q[None])
+        return self.rows.missing(placed, [np.asarray(x, dtype=float)[None] for x in targets])[0], placed.rows[0]
+
+    def step(self, q: Array, dv: Array) -> Array:
+        """q moved by dv (nv,)."""
+        return moved(self.mechanism, q[None], dv[None])[0]
+
+    @property
+    def newton_steps(self) -> NewtonSteps:
+        """The steps of the rows."""
+        return self.rows.steps
+
+
+class WarmStart:
+    """Keeps a closed pose and leads it to given values."""
+
+    def __init__(self, equations: PoseEquations) -> None:
+        self.equations = equations
+        self._steps = equations.newton_steps
+        self._longest = LONGEST * step_size(equations.mechanism)
+        self._flat = equations.mechanism.nq == equations.mechanism.nv
+        self._kept: tuple[Array, tuple[Any, ...], Array] | None = None
+        self._past: list[tuple[Array, Array]] = []
+        self._mode = 0.0
+
+    def put(self, q: Array, values: Sequence[Any]) -> None:
+        """Keep the closed pose q (nq,), whose named quantities have the values."""
+        x = self.equations.start(np.asarray(q, dtype=float))
+        rows = self.equations.evaluate(x, values)[1]
+        self._kept = (x, tuple(values), self._steps.inverse(rows))
+        self._past = []
+        self._mode = float(self._steps.modes(rows))
+
+    def lead(self, targets: Sequence[Any]) -> Assembly | None:
+        """The pose that has the targets, which is then kept; None where anything is unusual."""
+        if self._kept is None:
+            return None
+        x, values, inverse = self._kept
+        equations, steps = self.equations, self._steps
+        dv, ahead = self._predicted(x, values, inverse, targets)
+        before = largest(dv)
+        if not before <= self._longest:
+            return None
+        x, size, rows = equations.step(x, dv) if ahead is None else ahead, np.inf, None
+        for k in range(1, POLISH):
+            residual, here = equations.evaluate(x, targets)
+            if len(residual) != steps.count:
+                return None
+            last, size = size, largest(residual)
+            if rows is None or before > CHORD or not size < ROUNDING:
+                rows, inverse = here, steps.inverse(here)
+            if size < EXACT:
+                return self._taken(x, tuple(targets), rows, inverse, size, k)
+            dv = steps.step(inverse, residual)
+            correction = largest(dv)
+            if not correction <= CONTRACTS * before + ROUNDING:
+                return None
+            x, before = equations.step(x, dv), correction
+            if size < CLOSED or (size < ROUNDING and size > 0.5 * last):
+                return self._taken(x, tuple(targets), rows, inverse, size, k)
+        return None
+
+    def _taken(self, x: Array, targets: tuple[Any, ...], rows: Array, inverse: Array, size: float, k: int) -> Assembly | None:
+        if not largest(inverse) < REGULAR:
+            return None
+        if self._mode and self._mode * float(self._steps.modes(rows)) <= 0.0:
+            return None
+        self._kept = (x, targets, inverse)
+        if self._flat and not any(np.ndim(t) for t in targets):
+            self._past = [(x, np.array(targets)), *self._past[: len(CUBIC) - 1]]
+        return Assembly(self.equations.coordinates(x), size, k, Status.SOLVED)
+
+    def _predicted(
+        self, x: Array, values: tuple[Any, ...], inverse: Array, targets: Sequence[Any]
+    ) -> tuple[Array, Array | None]:
+        """The step from the kept pose along its tangent; and where the path goes on evenly, the place that a cubic through the last
+        poses predicts, with what the given values lack there put right along the tangent."""
+        off = self._off(x, values, targets)
+        if len(self._past) == len(CUBIC):
+            there = CUBIC @ np.array([t for _, t in self._past]) - targets
+            if largest(there) <= EVEN * largest(off):
+                off[len(off) - len(there) :] = there
+                ahead = CUBIC @ np.array([p for p, _ in self._past]) + self._steps.step(inverse, off)
+                return ahead - x, ahead
+        return self._steps.step(inverse, off), None
+
+    def _off(self, x: Array, values: tuple[Any, ...], targets: Sequence[Any]) -> Array:
+        """(m,) residual at the kept pose with new targets; it needs no look at the pose where all of them are numbers."""
+        if any(np.ndim(t) for t in targets):
+            return self.equations.evaluate(x, targets)[0]
+        out = np.zeros(self._steps.count)
+        out[len(out) - len(targets) :] = np.subtract(values, targets)
+        return out
