@@ -13,7 +13,6 @@ from mechlab.experiment.parameters import parameter
 from mechlab.kit.in_world import InWorld, hinges
 from mechlab.kit.short import builder_entry, farthest
 from mechlab.mechanism import Mechanism, revolute
-from mechlab.mechanism.parts import GROUND
 
 
 @dataclass(frozen=True)

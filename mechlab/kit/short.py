@@ -50,6 +50,11 @@ def farthest(values: Array, target: float) -> float:
     return float(values[np.argmax(np.abs(values - target))])
 
 
+def ratio(motion: Mapping[str, Array], a: str, b: str, place: int = 12) -> float:
+    """Rate of a over that of b at a place of the path."""
+    return float(motion[f"{a}_rate"][place] / motion[f"{b}_rate"][place])
+
+
 def planar_entry(
     name: str,
     title: str,
