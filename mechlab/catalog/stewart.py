@@ -9,9 +9,10 @@ import numpy as np
 
 from mechlab.experiment.entry import Outside, PlotRecipe
 from mechlab.experiment.parameters import parameter
-from mechlab.kit.in_world import InWorld, across
+from mechlab.kit.in_world import InWorld
+from mechlab.kit.legs import platform, telescope
 from mechlab.kit.short import builder_entry
-from mechlab.mechanism import Inertia, Mechanism, prismatic, revolute
+from mechlab.mechanism import Mechanism
 
 
 @dataclass(frozen=True)
@@ -36,14 +37,9 @@ def build(p: Parameters) -> Mechanism:
     """The platform with three slides and three turns in the world; each leg a universal joint, a slide and a ball."""
     below, above = joints(p)
     w, up = InWorld("stewart", 0.015, summary="Gough-Stewart platform"), np.array([0, 0, p.height])
-    free = [prismatic(f"platform_{x}", x) for x in "xyz"] + [revolute(f"platform_{n}", x) for n, x in zip(("roll", "pitch", "yaw"), "xyz", strict=True)]
-    w.link("platform", *free, at=up, to=list(above + up), more=Inertia.cylinder(2.0, p.platform, 0.02))
+    platform(w, "platform", up, list(above + up), 2.0)
     for k, (a, b) in enumerate(zip(below, above + up, strict=True), 1):
-        way, length = (b - a) / np.linalg.norm(b - a), float(np.linalg.norm(b - a))
-        first, second = across(way)
-        w.link(f"leg_{k}", revolute(f"leg_{k}_a", first), revolute(f"leg_{k}_b", second), at=a, to=[a + 0.55 * (b - a)])
-        w.link(f"rod_{k}", prismatic(f"length_{k}", way.tolist(), zero=length), at=b, to=[b - 0.5 * (b - a)], parent=f"leg_{k}")
-        w.close(f"ball_{k}", f"rod_{k}", "platform", b).drive(f"length_{k}", stiffness=2e4, damping=200.0)
+        telescope(w, k, a, b, "platform")
     return w.build()
 
 
