@@ -29,12 +29,12 @@ class Parameters:
 
 def arm_angle(p: Parameters, k: int, place: np.ndarray) -> float:
     """Arm k below the horizontal for a platform place: in its own plane the elbow (base + arm cos t, -arm sin t) keeps the distance
-    rod from the platform joint (x, y, z): 2 arm (c cos t - z sin t) = s, c = base - x, the outer solution."""
+    rod from the platform joint (x, y, z): c cos t + z sin t = s, c = base - x, 2 arm s = rod2 - arm2 - c2 - y2 - z2, the outer one."""
     turn = thirds()[k]
     x = math.cos(turn) * place[0] + math.sin(turn) * place[1] + p.platform
     y = -math.sin(turn) * place[0] + math.cos(turn) * place[1]
     c, z = p.base - x, place[2]
-    s = (p.rod**2 - p.arm**2 - c * c - y * y - z * z) / (2 * p.arm)  # c cos t + z sin(-t) ... with elbow height -arm sin t
+    s = (p.rod**2 - p.arm**2 - c * c - y * y - z * z) / (2 * p.arm)
     return math.acos(s / math.hypot(c, z)) + math.atan2(z, c)
 
 
