@@ -5,10 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import Bars, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, parameter, planar_entry
 
 
 @dataclass(frozen=True)
@@ -46,14 +43,18 @@ def outer(p: Parameters) -> float:
 
 
 ENTRY = planar_entry(
-    "ackermann", "Ackermann steering trapezium", "steering", summary="Two steering arms and a tie rod: the inner wheel turns more than the outer one.",
+    "ackermann", "Ackermann steering trapezium", "steering",
+    summary="Two steering arms and a tie rod: the inner wheel turns more than the outer one.",
     use="Front axles: nearly no scrub of the tyres in a curve.", origin="Georg Lankensperger, 1817; Rudolph Ackermann's patent, 1818",
-    parameters=Parameters, linkage=linkage, path=lambda p: {"left_angle": (straight(p), straight(p) + p.lock)}, width=lambda p: 0.15 * p.arm,
-    links=("tie_rod", "right"), points=("A", "B"), sliders=("arm", "base"), plots=(PlotRecipe("wheels", ("left_angle", "right_angle")),),
+    parameters=Parameters, linkage=linkage, path=lambda p: {"left_angle": (straight(p), straight(p) + p.lock)},
+    width=lambda p: 0.15 * p.arm, links=("tie_rod", "right"), points=("A", "B"), sliders=("arm", "base"),
+    plots=(PlotRecipe("wheels", ("left_angle", "right_angle")),),
     outside=(
-        Outside("angle of the outer wheel at full lock", "rad", outer, lambda p, m: float(m["right_angle"][-1] - m["right_angle"][0]), 1e-9, "law of cosines at D"),
+        Outside("angle of the outer wheel at full lock", "rad", outer, lambda p, m: float(m["right_angle"][-1] - m["right_angle"][0]),
+                1e-9, "law of cosines at D"),
         # near straight ahead both arms turn alike: the trapezium is symmetric
-        Outside("ratio of the wheel rates straight ahead", "", lambda p: 1.0, lambda p, m: float(m["right_angle_rate"][0] / m["left_angle_rate"][0]), 1e-9, "symmetry"),
+        Outside("ratio of the wheel rates straight ahead", "", lambda p: 1.0,
+                lambda p, m: float(m["right_angle_rate"][0] / m["left_angle_rate"][0]), 1e-9, "symmetry"),
     ),
     chain="R + RRR", formulas="Dyad RRR.", sources=("Norton, Design of Machinery, problem 3-x; Jazar, Vehicle Dynamics, chapter 7",),
 )  # fmt: skip

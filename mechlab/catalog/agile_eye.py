@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
 from mechlab.kit.in_world import InWorld
-from mechlab.kit.short import builder_entry
+from mechlab.kit.legs import turned
+from mechlab.kit.short import PlotRecipe, builder_entry, parameter, value_at
 from mechlab.mechanism import Inertia, Mechanism, revolute
 
 
@@ -33,26 +33,27 @@ def build(p: Parameters) -> Mechanism:
     for k in range(3):
         a, e, v = DRIVE[k], ELBOW[k], TOP[k]
         w.link(f"arm_{k + 1}", revolute(f"drive_{k + 1}", a.tolist()), at=(0, 0, 0), to=[r * a, r * e])
-        w.link(f"fore_{k + 1}", revolute(f"elbow_{k + 1}", e.tolist()), at=(0, 0, 0), to=[0.8 * r * e, 0.8 * r * v], parent=f"arm_{k + 1}")
-        w.close(f"hinge_{k + 1}", f"fore_{k + 1}", "platform", (0, 0, 0), "revolute", v).drive(f"drive_{k + 1}", stiffness=20.0, damping=0.2)
+        w.link(f"fore_{k + 1}", revolute(f"elbow_{k + 1}", e.tolist()), at=(0, 0, 0), to=[0.8 * r * e, 0.8 * r * v],
+               parent=f"arm_{k + 1}")
+        w.close(f"hinge_{k + 1}", f"fore_{k + 1}", "platform", (0, 0, 0), "revolute", v).drive(f"drive_{k + 1}", stiffness=20.0,
+                damping=0.2)
     return w.build()
 
 
-def drive(k: int) -> float:
+def drive(p: Parameters, k: int) -> float:
     """Drive k (0 to 2) at the end of the path: its elbow, turned by t about the drive, is at right angles to the platform's hinge v:
     cos t e.v + sin t (a x e).v = 0, so tan t = -e.v / (a x e).v."""
-    c, s = math.cos, math.sin
-    x, y, z = END
-    turn = np.array([[1, 0, 0], [0, c(x), -s(x)], [0, s(x), c(x)]]) @ np.array([[c(y), 0, s(y)], [0, 1, 0], [-s(y), 0, c(y)]]) @ np.array([[c(z), -s(z), 0], [s(z), c(z), 0], [0, 0, 1]])
-    v = turn @ TOP[k]
+    v = turned(*END) @ TOP[k]
     return math.atan(-(ELBOW[k] @ v) / (np.cross(DRIVE[k], ELBOW[k]) @ v))
 
 
 END, DRIVES = (0.3, -0.2, 0.25), ("drive_1", "drive_2", "drive_3")
 ENTRY = builder_entry(
-    "agile_eye", "Agile Eye", "parallel-robot", summary="Nine hinges through one point, all links of 90 degrees: three turns, simple equations.", use="Points cameras, lasers and solar panels.",
-    origin="Clement Gosselin and Jean-Francois Hamel, 1994", parameters=Parameters, build=build, drives=DRIVES, plots=(PlotRecipe("drives", DRIVES),),
+    "agile_eye", "Agile Eye", "parallel-robot",
+    summary="Nine hinges through one point, all links of 90 degrees: three turns, simple equations.",
+    use="Points cameras, lasers and solar panels.", origin="Clement Gosselin and Jean-Francois Hamel, 1994", parameters=Parameters,
+    build=build, drives=DRIVES, plots=(PlotRecipe("drives", DRIVES),),
     path=lambda p: {f"platform_{n}": (0.0, x) for n, x in zip(("roll", "pitch", "yaw"), END, strict=True)},
-    outside=tuple(Outside(f"drive {k + 1} at the end", "rad", lambda p, k=k: drive(k), lambda p, m, k=k: float(m[f"drive_{k + 1}"][-1]), 1e-9, "elbow at right angles to the hinge") for k in range(3)),  # type: ignore[misc]
+    outside=tuple(value_at(f"drive_{k + 1}", partial(drive, k=k), "elbow at right angles to the hinge", unit="rad") for k in range(3)),
     chain="3 RRR, spherical", formulas="tan t = -e.v / (a x e).v.", sources=("Gosselin, Hamel, The Agile Eye, ICRA 1994",),
 )  # fmt: skip

@@ -8,10 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import Bars, farthest, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, farthest, parameter, planar_entry
 
 
 @dataclass(frozen=True)
@@ -37,15 +34,17 @@ def halves(m: Mapping[str, np.ndarray]) -> np.ndarray:
 
 
 ENTRY = planar_entry(
-    "antiparallelogram", "Antiparallelogram", "linkage", summary="Crossed bars: the cranks turn in opposite senses as rolling ellipses do.",
+    "antiparallelogram", "Antiparallelogram", "linkage",
+    summary="Crossed bars: the cranks turn in opposite senses as rolling ellipses do.",
     use="Elliptical gearing, Hart's inversor, Reuleaux' coupling; a building block of straight-line linkages.",
-    origin="used by Hart, 1874, and Kempe, 1877", parameters=Parameters, linkage=linkage, path=lambda p: {"crank_angle": (0.2, math.pi - 0.2)},
-    width=lambda p: 0.1 * p.crank, links=("coupler", "follower"), points=("A", "B"), sliders=("long", "crank"),
-    plots=(PlotRecipe("speed of the follower", ("follower_angle_rate",)),),
+    origin="used by Hart, 1874, and Kempe, 1877", parameters=Parameters, linkage=linkage,
+    path=lambda p: {"crank_angle": (0.2, math.pi - 0.2)}, width=lambda p: 0.1 * p.crank, links=("coupler", "follower"), points=("A", "B"),
+    sliders=("long", "crank"), plots=(PlotRecipe("speed of the follower", ("follower_angle_rate",)),),
     outside=(
         # mirror symmetry about the line through the crossing point: t, f are the crank angles from the ground line
         Outside("tan(f / 2) / tan(t / 2)", "", lambda p: -(p.long + p.crank) / (p.long - p.crank),
-                lambda p, m: farthest(halves(m), -(p.long + p.crank) / (p.long - p.crank)), 1e-8, "rolling ellipses with foci in the pivots"),
+                lambda p, m: farthest(halves(m), -(p.long + p.crank) / (p.long - p.crank)), 1e-8,
+                "rolling ellipses with foci in the pivots"),
     ),
     chain="R + RRR", formulas="Dyad RRR, crossed.", sources=("Kempe, How to Draw a Straight Line, 1877",),
 )  # fmt: skip

@@ -8,10 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
 from mechlab.kit.in_world import InWorld, hinges
-from mechlab.kit.short import builder_entry, farthest
+from mechlab.kit.short import Outside, PlotRecipe, builder_entry, farthest, parameter
 from mechlab.mechanism import Mechanism, revolute
 
 
@@ -34,9 +32,9 @@ def build(p: Parameters) -> Mechanism:
     b, theta, phi = p.a * math.sin(p.beta) / math.sin(p.alpha), 1.0, 2.0 * math.atan(half(p) / math.tan(0.5))
     points, axes = hinges([(p.a, p.alpha, 0, theta), (b, p.beta, 0, phi), (p.a, p.alpha, 0, -theta), (b, p.beta, 0, -phi)])
     w = InWorld("bennett", 0.06 * p.a, summary="Bennett's linkage").stand(points[0], points[3])
-    w.link("first", revolute("theta", axes[0], zero=theta), at=points[0], to=[points[1]])
-    w.link("second", revolute("phi", axes[1], zero=phi), at=points[1], to=[points[2]], parent="first")
-    w.link("third", revolute("gamma", axes[3]), at=points[3], to=[points[2]])
+    w.link("first", revolute("theta", axes[0].tolist(), zero=theta), at=points[0], to=[points[1]])
+    w.link("second", revolute("phi", axes[1].tolist(), zero=phi), at=points[1], to=[points[2]], parent="first")
+    w.link("third", revolute("gamma", axes[3].tolist()), at=points[3], to=[points[2]])
     w.close("hinge", "second", "third", points[2], "revolute", axes[2])
     w.mark("P", "second", points[2]).drive("theta", stiffness=20.0, damping=0.2)
     return w.assemble({}, hold=["theta"])
@@ -51,6 +49,7 @@ ENTRY = builder_entry(
     "bennett", "Bennett's linkage", "spatial-loop", summary="Four bars with skew hinges: movable though overconstrained.",
     use="Deployable frames; the smallest overconstrained linkage.", origin="Geoffrey Bennett, 1903", parameters=Parameters, build=build,
     path=lambda p: {"theta": (1.0, 2.9)}, sliders=("a", "alpha"), plots=(PlotRecipe("hinges", ("phi", "gamma")),),
-    outside=(Outside("tan(theta / 2) tan(phi / 2)", "", half, lambda p, m: farthest(halves(m), half(p)), 1e-8, "Bennett, A new mechanism, Engineering 76, 1903"),),
+    outside=(Outside("tan(theta / 2) tan(phi / 2)", "", half, lambda p, m: farthest(halves(m), half(p)), 1e-8,
+                     "Bennett, A new mechanism, Engineering 76, 1903"),),
     chain="RRRR, skew", formulas="tan(theta/2) tan(phi/2) = sin((alpha+beta)/2) / sin((beta-alpha)/2).", sources=("Bennett 1903",),
 )  # fmt: skip

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
 from mechlab.kit.in_world import InWorld
-from mechlab.kit.short import builder_entry, farthest
+from mechlab.kit.short import Outside, PlotRecipe, builder_entry, farthest, parameter
 from mechlab.mechanism import Inertia, Mechanism, revolute
 
 
@@ -47,18 +46,23 @@ def build(p: Parameters) -> Mechanism:
     return w.drive("crank_angle", stiffness=50.0, damping=0.5).build()
 
 
-def centre(p: Parameters, m: dict, x: str) -> np.ndarray:
+def centre(p: Parameters, m: Mapping[str, np.ndarray], x: str) -> np.ndarray:
     """A coordinate of the common centre of mass along the path."""
     return (p.counter * (m[f"G_crank_{x}"] + m[f"G_rocker_{x}"]) + p.mass * m[f"G_coupler_{x}"]) / (2 * p.counter + p.mass)
 
 
 ENTRY = builder_entry(
-    "berkof_lowen", "Balanced four-bar", "balance", summary="Counterweights on crank and rocker balance the coupler too: no shaking force at any speed.", use="High-speed machinery.",
-    origin="R. S. Berkof and G. G. Lowen, 1969", parameters=Parameters, build=build, path=lambda p: {"crank_angle": (1.0, 1.0 + 2 * math.pi)}, sliders=("coupler", "counter"),
+    "berkof_lowen", "Balanced four-bar", "balance",
+    summary="Counterweights on crank and rocker balance the coupler too: no shaking force at any speed.", use="High-speed machinery.",
+    origin="R. S. Berkof and G. G. Lowen, 1969", parameters=Parameters, build=build,
+    path=lambda p: {"crank_angle": (1.0, 1.0 + 2 * math.pi)}, sliders=("coupler", "counter"),
     plots=(PlotRecipe("rocker", ("rocker_angle",)),),
     outside=(
-        Outside("motion of the common centre of mass over a turn", "m", lambda p: 0.0, lambda p, m: farthest(np.hypot(*(centre(p, m, x) - centre(p, m, x)[0] for x in "xy")), 0.0), 1e-9, "Berkof, Lowen 1969"),
-        Outside("torque that holds the crank against gravity, at its largest", "N m", lambda p: 0.0, lambda p, m: farthest(m["crank_angle_force"], 0.0), 1e-7, "the centre of mass stands still; rods of 1e-9 kg/m left out"),
+        Outside("motion of the common centre of mass over a turn", "m", lambda p: 0.0,
+                lambda p, m: farthest(np.hypot(*(centre(p, m, x) - centre(p, m, x)[0] for x in "xy")), 0.0), 1e-9, "Berkof, Lowen 1969"),
+        Outside("torque that holds the crank against gravity, at its largest", "N m", lambda p: 0.0,
+                lambda p, m: farthest(m["crank_angle_force"], 0.0), 1e-7, "the centre of mass stands still; rods of 1e-9 kg/m left out"),
     ),
-    chain="RRRR", formulas="m1 r1 = m2 l1 / 2, m3 r3 = m2 l3 / 2.", sources=("Berkof, Lowen, A new method for completely force balancing simple linkages, 1969",),
+    chain="RRRR", formulas="m1 r1 = m2 l1 / 2, m3 r3 = m2 l3 / 2.",
+    sources=("Berkof, Lowen, A new method for completely force balancing simple linkages, 1969",),
 )  # fmt: skip

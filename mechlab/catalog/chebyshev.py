@@ -5,10 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import Bars, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, parameter, planar_entry
 
 
 @dataclass(frozen=True)
@@ -19,7 +16,7 @@ class Parameters(Bars):
 
 
 def linkage(p: Parameters) -> Linkage:
-    """Driver and RRR, crossed."""
+    """Driver and RRR, crossed. The path goes from near the right end, where coupler and right rocker are in line, to the left end."""
     u = 0.25 * p.ground
     return (
         Linkage("chebyshev").pivot("O", 0.0, 0.0).pivot("D", 4 * u, 0.0)
@@ -34,13 +31,13 @@ ENTRY = planar_entry(
     summary="Crossed rockers 5, ground 4, coupler 2: the middle of the coupler goes nearly straight over the ground line.",
     use="A straight guide without a slide; the problem from which Chebyshev's approximation theory grew.",
     origin="Pafnuty Chebyshev, 1853", parameters=Parameters, linkage=linkage, width=lambda p: 0.06 * p.ground,
-    # from near the right end, where coupler and right rocker are in line, to the left end
-    path=lambda p: {"left_angle": (math.atan2(3, 4) + 0.02, math.pi / 2)},
-    links=("coupler", "right"), points=("P",), sliders=("ground",), plots=(PlotRecipe("middle of the coupler", ("P_x", "P_z")),),
+    path=lambda p: {"left_angle": (math.atan2(3, 4) + 0.02, math.pi / 2)}, links=("coupler", "right"), points=("P",), sliders=("ground",),
+    plots=(PlotRecipe("middle of the coupler", ("P_x", "P_z")),),
     outside=(
         # left end: A stands 5 above O; B at (0, 3), since 3-4-5 is right-angled; so P at (0, 4), as high as in the middle position
         Outside("height of P at the left end", "m", lambda p: p.ground, lambda p, m: float(m["P_z"][-1]), 1e-9, "right triangle 3-4-5"),
         Outside("P over O at the left end", "m", lambda p: 0.0, lambda p, m: float(m["P_x"][-1]), 1e-9, "right triangle 3-4-5"),
     ),
-    chain="R + RRR", formulas="Dyad RRR; P is the middle of A-B.", sources=("Chebyshev, Theorie des mecanismes connus sous le nom de parallelogrammes, 1854",),
+    chain="R + RRR", formulas="Dyad RRR; P is the middle of A-B.",
+    sources=("Chebyshev, Theorie des mecanismes connus sous le nom de parallelogrammes, 1854",),
 )  # fmt: skip

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
 from mechlab.kit.in_world import InWorld
 from mechlab.kit.legs import circle, platform, rod, thirds
-from mechlab.kit.short import builder_entry, farthest
+from mechlab.kit.short import Outside, PlotRecipe, builder_entry, farthest, parameter, value_at
 from mechlab.mechanism import Mechanism, revolute
 
 
@@ -47,23 +46,31 @@ def build(p: Parameters) -> Mechanism:
     for k, turn in enumerate(thirds(), 1):
         out, side = np.array([math.cos(turn), math.sin(turn), 0.0]), np.array([-math.sin(turn), math.cos(turn), 0.0])
         elbow = (p.base + p.arm * math.cos(t)) * out - np.array([0, 0, p.arm * math.sin(t)])
-        w.link(f"arm_{k}", revolute(f"arm_{k}_angle", side.tolist(), zero=t), at=p.base * out, to=[elbow + 0.5 * p.width * side, elbow - 0.5 * p.width * side])
+        w.link(f"arm_{k}", revolute(f"arm_{k}_angle", side.tolist(), zero=t), at=p.base * out,
+               to=[elbow + 0.5 * p.width * side, elbow - 0.5 * p.width * side])
         for n, s in (("left", 0.5), ("right", -0.5)):
             rod(w, f"rod_{k}_{n}", elbow + s * p.width * side, joints[k - 1] + s * p.width * side, f"arm_{k}", "platform")
         w.drive(f"arm_{k}_angle", stiffness=200.0, damping=2.0)
     return w.mark("P", "platform", down).build()
 
 
+def at_end(p: Parameters, k: int) -> float:
+    """Angle of arm k at the end of the path."""
+    return arm_angle(p, k, np.array([*END.values()]) - [0, 0, p.depth])
+
+
 END = {"platform_x": 0.1, "platform_y": -0.05, "platform_z": -0.06}
 ENTRY = builder_entry(
-    "clavel_delta", "Delta robot", "parallel-robot", summary="Three rotary arms and three pairs of rods: fast translation of a level platform.",
+    "clavel_delta", "Delta robot", "parallel-robot",
+    summary="Three rotary arms and three pairs of rods: fast translation of a level platform.",
     use="Picking and packing at several parts a second.", origin="Reymond Clavel, 1985", parameters=Parameters, build=build,
-    path=lambda p: {n: (0.0, x) for n, x in END.items()}, drives=("arm_1_angle", "arm_2_angle", "arm_3_angle"),
-    sliders=("arm", "rod"), plots=(PlotRecipe("arms", ("arm_1_angle", "arm_2_angle", "arm_3_angle")),),
+    path=lambda p: {n: (0.0, x) for n, x in END.items()}, drives=("arm_1_angle", "arm_2_angle", "arm_3_angle"), sliders=("arm", "rod"),
+    plots=(PlotRecipe("arms", ("arm_1_angle", "arm_2_angle", "arm_3_angle")),),
     outside=(
-        *(Outside(f"arm {k + 1} at the end", "rad", lambda p, k=k: arm_angle(p, k, np.array([*END.values()]) - [0, 0, p.depth]),  # type: ignore[misc]
-                  lambda p, m, k=k: float(m[f"arm_{k + 1}_angle"][-1]), 1e-9, "Clavel 1991: sphere and circle") for k in (0, 1)),  # type: ignore[misc]
-        Outside("tilt of the platform along the path", "rad", lambda p: 0.0, lambda p, m: farthest(abs(m["platform_roll"]) + abs(m["platform_pitch"]), 0.0), 1e-9, "parallelograms"),
+        *(value_at(f"arm_{k + 1}_angle", partial(at_end, k=k), "Clavel 1991: sphere and circle", unit="rad") for k in (0, 1)),
+        Outside("tilt of the platform along the path", "rad", lambda p: 0.0,
+                lambda p, m: farthest(abs(m["platform_roll"]) + abs(m["platform_pitch"]), 0.0), 1e-9, "parallelograms"),
     ),
-    chain="3 R (SS)2", formulas="|elbow - platform joint| = rod.", sources=("Clavel, Conception d'un robot parallele rapide a 4 degres de liberte, 1991",),
+    chain="3 R (SS)2", formulas="|elbow - platform joint| = rod.",
+    sources=("Clavel, Conception d'un robot parallele rapide a 4 degres de liberte, 1991",),
 )  # fmt: skip

@@ -8,10 +8,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
 from mechlab.kit.palette import BRASS, SLATE
-from mechlab.kit.short import builder_entry, farthest, ratio
+from mechlab.kit.short import Outside, PlotRecipe, builder_entry, farthest, parameter, ratio
 from mechlab.kit.train import Train
 from mechlab.mechanism import Inertia, Mechanism, Placement, revolute, shape
 from mechlab.mechanism.parts import Shape
@@ -31,8 +29,10 @@ def build(p: Parameters) -> Mechanism:
     e, r = p.eccentricity, p.ring
     t = Train("cycloidal", 0.002, "cycloidal reducer").carrier("input", [e])
     solid = Inertia.cylinder(0.5, r, 0.01)
-    t.body("disc", revolute("disc", "z"), parent="input", at=(e, 0, 0), inertia=solid, shapes=[shape("disc", color=BRASS, name="disc", radius=r - 2.5 * e, thickness=0.01)])
-    t.body("output", revolute("output", "z"), inertia=solid, shapes=[shape("disc", Placement((0, 0, 0.015)), name="flange", radius=0.5 * r, thickness=0.006)])
+    t.body("disc", revolute("disc", "z"), parent="input", at=(e, 0, 0), inertia=solid,
+           shapes=[shape("disc", color=BRASS, name="disc", radius=r - 2.5 * e, thickness=0.01)])
+    t.body("output", revolute("output", "z"), inertia=solid,
+           shapes=[shape("disc", Placement((0, 0, 0.015)), name="flange", radius=0.5 * r, thickness=0.006)])
     pins: list[Shape] = []
     for k in range(p.lobes + 1):
         a = 2 * math.pi * k / (p.lobes + 1)
@@ -43,12 +43,15 @@ def build(p: Parameters) -> Mechanism:
 
 
 ENTRY = builder_entry(
-    "cycloidal", "Cycloidal reducer", "gear-train", summary="An eccentric, a lobed disc and pins: a large reduction in one flat stage, lobes as relations.",
-    use="Robot joints and conveyors.", origin="Lorenz Braren, 1931", parameters=Parameters, build=build, path=lambda p: {"input": (0.0, 2 * math.pi)},
-    plots=(PlotRecipe("output", ("output_rate",)),),
+    "cycloidal", "Cycloidal reducer", "gear-train",
+    summary="An eccentric, a lobed disc and pins: a large reduction in one flat stage, lobes as relations.",
+    use="Robot joints and conveyors.", origin="Lorenz Braren, 1931", parameters=Parameters, build=build,
+    path=lambda p: {"input": (0.0, 2 * math.pi)}, plots=(PlotRecipe("output", ("output_rate",)),),
     outside=(
-        Outside("ratio of input to output", "", lambda p: -float(p.lobes), lambda p, m: ratio(m, "input", "output"), 1e-9, "Braren 1931: -lobes / (pins - lobes)"),
-        Outside("distance of the disc's centre from the axis", "m", lambda p: p.eccentricity, lambda p, m: farthest(np.hypot(m["C_x"], m["C_y"]), p.eccentricity), 1e-12, "eccentric"),
+        Outside("ratio of input to output", "", lambda p: -float(p.lobes), lambda p, m: ratio(m, "input", "output"), 1e-9,
+                "Braren 1931: -lobes / (pins - lobes)"),
+        Outside("distance of the disc's centre from the axis", "m", lambda p: p.eccentricity,
+                lambda p, m: farthest(np.hypot(m["C_x"], m["C_y"]), p.eccentricity), 1e-12, "eccentric"),
     ),
     chain="eccentric, 2 relations", formulas="output = -input / lobes.", sources=("Braren, German patent 459025, 1928",),
 )  # fmt: skip

@@ -7,10 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
 from mechlab.kit.in_world import InWorld
-from mechlab.kit.short import builder_entry, farthest
+from mechlab.kit.short import Outside, PlotRecipe, builder_entry, farthest, parameter
 from mechlab.mechanism import Mechanism, revolute
 
 
@@ -33,19 +31,25 @@ def build(p: Parameters) -> Mechanism:
     w.link("cross_1", revolute("cross_1_angle", pin.tolist()), at=left, to=[left + arm * pin, left - arm * pin], parent="driver")
     w.link("middle", revolute("middle_pin", "z"), at=left, to=[right], parent="cross_1")
     w.link("follower", revolute("follower_angle", out.tolist()), at=right, to=[right + p.shaft * out])
-    w.link("cross_2", revolute("cross_2_angle", pin_2.tolist()), at=right, to=[right + arm * pin_2, right - arm * pin_2], parent="follower")
+    w.link("cross_2", revolute("cross_2_angle", pin_2.tolist()), at=right, to=[right + arm * pin_2, right - arm * pin_2],
+           parent="follower")
     w.close("pin", "cross_2", "middle", right, "revolute", (0, 0, 1))
     w.drive("driver_angle", stiffness=20.0, damping=0.2)
     return w.assemble({}, hold=["driver_angle"])
 
 
 ENTRY = builder_entry(
-    "double_cardan", "Double cardan joint", "coupling", summary="Two cardan joints with equal bends: the output turns exactly as the input.",
-    use="Axles and drive lines at larger bends; constant velocity from two simple joints.", origin="Robert Hooke, 1683", parameters=Parameters,
-    build=build, path=lambda p: {"driver_angle": (0.0, 2 * math.pi)}, sliders=("angle",), plots=(PlotRecipe("shafts", ("driver_angle_rate", "follower_angle_rate")),),
+    "double_cardan", "Double cardan joint", "coupling",
+    summary="Two cardan joints with equal bends: the output turns exactly as the input.",
+    use="Axles and drive lines at larger bends; constant velocity from two simple joints.", origin="Robert Hooke, 1683",
+    parameters=Parameters, build=build, path=lambda p: {"driver_angle": (0.0, 2 * math.pi)}, sliders=("angle",),
+    plots=(PlotRecipe("shafts", ("driver_angle_rate", "follower_angle_rate")),),
     outside=(
-        Outside("follower against driver", "rad", lambda p: 0.0, lambda p, m: farthest(m["follower_angle"] - m["driver_angle"], 0.0), 1e-8, "mirror symmetry about the middle shaft"),
-        Outside("speed ratio, at its farthest from 1", "", lambda p: 1.0, lambda p, m: farthest(m["follower_angle_rate"] / m["driver_angle_rate"], 1.0), 1e-8, "mirror symmetry"),
+        Outside("follower against driver", "rad", lambda p: 0.0, lambda p, m: farthest(m["follower_angle"] - m["driver_angle"], 0.0),
+                1e-8, "mirror symmetry about the middle shaft"),
+        Outside("speed ratio, at its farthest from 1", "", lambda p: 1.0,
+                lambda p, m: farthest(m["follower_angle_rate"] / m["driver_angle_rate"], 1.0), 1e-8, "mirror symmetry"),
     ),
-    chain="R, 2 R, 2 R, R", formulas="tan(middle) = tan(driver) cos(angle) and back.", sources=("Seherr-Thoss, Schmelz, Aucktor, Universal Joints and Driveshafts",),
+    chain="R, 2 R, 2 R, R", formulas="tan(middle) = tan(driver) cos(angle) and back.",
+    sources=("Seherr-Thoss, Schmelz, Aucktor, Universal Joints and Driveshafts",),
 )  # fmt: skip

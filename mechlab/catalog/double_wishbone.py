@@ -5,11 +5,8 @@ from __future__ import annotations
 import cmath
 from dataclasses import dataclass
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
 from mechlab.kit.compass import meet
-from mechlab.kit.short import Bars, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, parameter, planar_entry
 
 
 @dataclass(frozen=True)
@@ -44,13 +41,17 @@ def camber(p: Parameters) -> float:
 
 
 ENTRY = planar_entry(
-    "double_wishbone", "Double wishbone", "suspension", summary="Two unequal arms guide the upright: the wheel leans inwards as it rises.", use="Suspensions of cars.",
-    origin="Packard, 1935", parameters=Parameters, linkage=linkage, path=lambda p: {"lower_angle": (-p.bump, p.bump)}, width=lambda p: 0.06 * p.lower,
-    links=("upright", "upper"), points=("W",), sliders=("upper", "above"), plots=(PlotRecipe("camber", ("upright_angle",)),),
+    "double_wishbone", "Double wishbone", "suspension",
+    summary="Two unequal arms guide the upright: the wheel leans inwards as it rises.", use="Suspensions of cars.",
+    origin="Packard, 1935", parameters=Parameters, linkage=linkage, path=lambda p: {"lower_angle": (-p.bump, p.bump)},
+    width=lambda p: 0.06 * p.lower, links=("upright", "upper"), points=("W",), sliders=("upper", "above"),
+    plots=(PlotRecipe("camber", ("upright_angle",)),),
     outside=(
-        Outside("change of camber from droop to bump", "rad", camber, lambda p, m: float(m["upright_angle"][-1] - m["upright_angle"][0]), 1e-9, "ruler and compasses"),
+        Outside("change of camber from droop to bump", "rad", camber, lambda p, m: float(m["upright_angle"][-1] - m["upright_angle"][0]),
+                1e-9, "ruler and compasses"),
         # the upright turns about the crossing of the arms: its rate is zero where they are parallel; ratio of rates by the law of sines
-        Outside("instant centre: rate of the upright over the lower arm, in the middle", "", lambda p: pole(p), lambda p, m: float(m["upright_angle_rate"][12] / m["lower_angle_rate"][12]), 1e-9, "Aronhold and Kennedy"),
+        Outside("instant centre: rate of the upright over the lower arm, in the middle", "", lambda p: pole(p),
+                lambda p, m: float(m["upright_angle_rate"][12] / m["lower_angle_rate"][12]), 1e-9, "Aronhold and Kennedy"),
     ),
     chain="R + RRR", formulas="Dyad RRR.", sources=("Milliken, Race Car Vehicle Dynamics, 17",),
 )  # fmt: skip

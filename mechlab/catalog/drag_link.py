@@ -5,10 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import Bars, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, parameter, planar_entry
 
 
 @dataclass(frozen=True)
@@ -37,14 +34,18 @@ def angle(p: Parameters) -> float:
 
 
 ENTRY = planar_entry(
-    "drag_link", "Drag-link coupling", "quick-return", summary="Double crank: both shafts turn fully, the output fast and slow once a turn.",
+    "drag_link", "Drag-link coupling", "quick-return",
+    summary="Double crank: both shafts turn fully, the output fast and slow once a turn.",
     use="Uneven turn from an even one: quick returns, presses, paper machines.", origin="Franz Reuleaux described it, 1875",
     parameters=Parameters, linkage=linkage, path=lambda p: {"crank_angle": (0.0, 2 * math.pi)}, width=lambda p: 0.16 * p.crank,
-    links=("coupler", "follower"), points=("B",), sliders=("ground", "coupler"), plots=(PlotRecipe("follower speed", ("follower_angle_rate",)),),
+    links=("coupler", "follower"), points=("B",), sliders=("ground", "coupler"),
+    plots=(PlotRecipe("follower speed", ("follower_angle_rate",)),),
     outside=(
-        Outside("follower angle with the crank at 0, as its cosine", "", lambda p: math.cos(angle(p)), lambda p, m: math.cos(m["follower_angle"][0]), 1e-9, "law of cosines"),
+        Outside("follower angle with the crank at 0, as its cosine", "", lambda p: math.cos(angle(p)),
+                lambda p, m: math.cos(m["follower_angle"][0]), 1e-9, "law of cosines"),
         # Grashof: shortest + longest < sum of the others, ground shortest; so the follower makes one turn with each of the crank
-        Outside("turns of the follower in one of the crank", "", lambda p: 1.0, lambda p, m: float(m["follower_angle"][-1] - m["follower_angle"][0]) / (2 * math.pi), 1e-9, "Grashof 1883"),
+        Outside("turns of the follower in one of the crank", "", lambda p: 1.0,
+                lambda p, m: float(m["follower_angle"][-1] - m["follower_angle"][0]) / (2 * math.pi), 1e-9, "Grashof 1883"),
     ),
     chain="R + RRR", formulas="Dyad RRR.", sources=("Norton, Design of Machinery, 3.7",),
 )  # fmt: skip

@@ -5,10 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import Bars, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, parameter, planar_entry
 
 
 @dataclass(frozen=True)
@@ -37,9 +34,10 @@ def head(p: Parameters, m: object = None) -> float:
 
 
 ENTRY = planar_entry(
-    "evans", "Evans' grasshopper linkage", "straight-line", summary="A beam on a short rocker with its rear end on a slide: its head deviates in fourth order only.",
-    use="Grasshopper beam engines: a long straight stroke of the piston rod beside a short rocker.",
-    origin="Oliver Evans, 1805", parameters=Parameters, linkage=linkage, width=lambda p: 0.08 * p.rear,
+    "evans", "Evans' grasshopper linkage", "straight-line",
+    summary="A beam on a short rocker with its rear end on a slide: its head deviates in fourth order only.",
+    use="Grasshopper beam engines: a long straight stroke of the piston rod beside a short rocker.", origin="Oliver Evans, 1805",
+    parameters=Parameters, linkage=linkage, width=lambda p: 0.08 * p.rear,
     path=lambda p: {"rocker_angle": (math.pi - p.swing, math.pi + p.swing)}, links=("beam",), points=("P",), slides=("B",),
     sliders=("rear", "head"), plots=(PlotRecipe("head of the beam", ("P_x", "P_z")),),
     outside=(

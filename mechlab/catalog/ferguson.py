@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import builder_entry, ratio
+from mechlab.kit.short import Outside, PlotRecipe, builder_entry, parameter, ratio
 from mechlab.kit.train import Train
 from mechlab.mechanism import Mechanism
 
@@ -26,19 +24,24 @@ def build(p: Parameters) -> Mechanism:
     """All axes at the distance of the fixed wheel; profile shift takes up the tooth more or less."""
     t = Train("ferguson", 0.002, "Ferguson's paradox")
     orbit = t.centres(p.fixed, p.planet)
-    t.wheel("held", p.fixed).wheel("upper", p.more, 1.1).wheel("lower", p.less, -1.1).carrier("arm", [orbit], 2.4).planet("planet", "arm", p.planet, orbit)
+    t.wheel("held", p.fixed).wheel("upper", p.more, 1.1).wheel("lower", p.less, -1.1).carrier("arm", [orbit], 2.4).planet("planet",
+            "arm", p.planet, orbit)
     for wheel in ("held", "upper", "lower"):
         t.mesh_of(wheel, "planet", "arm")
     return t.relation("fixed", held=1).drive("arm", stiffness=20.0, damping=0.2).build()
 
 
 ENTRY = builder_entry(
-    "ferguson", "Ferguson's paradox", "gear-train", summary="Wheels of 99, 100 and 101 teeth on one planet: they turn backward, not at all, and forward.",
+    "ferguson", "Ferguson's paradox", "gear-train",
+    summary="Wheels of 99, 100 and 101 teeth on one planet: they turn backward, not at all, and forward.",
     use="Orreries; the idea behind Wolfrom and other high reductions.", origin="James Ferguson, 1764", parameters=Parameters, build=build,
     path=lambda p: {"arm": (0.0, 2 * math.pi)}, plots=(PlotRecipe("wheels", ("upper_rate", "lower_rate")),),
     outside=(
-        Outside("turn of the upper wheel in one of the arm", "", lambda p: 1 - p.fixed / p.more, lambda p, m: ratio(m, "upper", "arm"), 1e-12, "Ferguson 1764: 1 / 101 forward"),
-        Outside("turn of the lower wheel in one of the arm", "", lambda p: 1 - p.fixed / p.less, lambda p, m: ratio(m, "lower", "arm"), 1e-12, "Ferguson 1764: 1 / 99 backward"),
+        Outside("turn of the upper wheel in one of the arm", "", lambda p: 1 - p.fixed / p.more, lambda p, m: ratio(m, "upper", "arm"),
+                1e-12, "Ferguson 1764: 1 / 101 forward"),
+        Outside("turn of the lower wheel in one of the arm", "", lambda p: 1 - p.fixed / p.less, lambda p, m: ratio(m, "lower", "arm"),
+                1e-12, "Ferguson 1764: 1 / 99 backward"),
     ),
-    chain="planetary, 3 meshes", formulas="w / w_arm = 1 - fixed / teeth.", sources=("Ferguson, The Description and Use of a New Machine called the Mechanical Paradox, 1764",),
+    chain="planetary, 3 meshes", formulas="w / w_arm = 1 - fixed / teeth.",
+    sources=("Ferguson, The Description and Use of a New Machine called the Mechanical Paradox, 1764",),
 )  # fmt: skip

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
 from mechlab.kit.compass import at, meet
-from mechlab.kit.short import Bars, farthest, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, farthest, parameter, planar_entry
 
 
 @dataclass(frozen=True)
@@ -43,13 +40,18 @@ def tip(p: Parameters, t: float) -> complex:
 
 
 ENTRY = planar_entry(
-    "fourbar_gripper", "Four-bar gripper", "gripper", summary="Geared four-bars: fingers that turn inwards as they close, with one drive.", use="Encompassing grips of robot hands.",
-    origin="common since the 1980s", parameters=Parameters, linkage=linkage, path=lambda p: {"left_angle": (2.5, 1.8)}, width=lambda p: 0.3 * p.knuckle,
-    links=("finger_left",), points=("tip_left", "tip_right"), sliders=("follower", "out"), plots=(PlotRecipe("tips", ("tip_left_x", "tip_right_x")),),
+    "fourbar_gripper", "Four-bar gripper", "gripper",
+    summary="Geared four-bars: fingers that turn inwards as they close, with one drive.", use="Encompassing grips of robot hands.",
+    origin="common since the 1980s", parameters=Parameters, linkage=linkage, path=lambda p: {"left_angle": (2.5, 1.8)},
+    width=lambda p: 0.3 * p.knuckle, links=("finger_left",), points=("tip_left", "tip_right"), sliders=("follower", "out"),
+    plots=(PlotRecipe("tips", ("tip_left_x", "tip_right_x")),),
     outside=(
-        Outside("left tip at the end, x", "m", lambda p: tip(p, 1.8).real, lambda p, m: float(m["tip_left_x"][-1]), 1e-9, "ruler and compasses"),
-        Outside("left tip at the end, height", "m", lambda p: tip(p, 1.8).imag, lambda p, m: float(m["tip_left_z"][-1]), 1e-9, "ruler and compasses"),
-        Outside("the tips stay mirror images", "m", lambda p: 0.0, lambda p, m: farthest(m["tip_right_x"] + m["tip_left_x"], 0.0), 1e-9, "gears 1 : 1"),
+        Outside("left tip at the end, x", "m", lambda p: tip(p, 1.8).real, lambda p, m: float(m["tip_left_x"][-1]), 1e-9,
+                "ruler and compasses"),
+        Outside("left tip at the end, height", "m", lambda p: tip(p, 1.8).imag, lambda p, m: float(m["tip_left_z"][-1]), 1e-9,
+                "ruler and compasses"),
+        Outside("the tips stay mirror images", "m", lambda p: 0.0, lambda p, m: farthest(m["tip_right_x"] + m["tip_left_x"], 0.0), 1e-9,
+                "gears 1 : 1"),
     ),
     chain="R, gears, 2 RRR", formulas="Dyads RRR.", sources=("Artobolevsky, Mechanisms in Modern Engineering Design I",),
 )  # fmt: skip

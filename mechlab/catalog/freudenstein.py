@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import Bars, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, parameter, planar_entry
 
 
 @dataclass(frozen=True)
@@ -45,15 +44,26 @@ def linkage(p: Parameters) -> Linkage:
     return chain.rrr("B", ("coupler", "output"), ("A", "D"), (b, abs(c)), side)
 
 
+def logarithm(p: Parameters, k: int) -> float:
+    """What the linkage is to give at a precision point."""
+    return math.log10(POINTS[k])
+
+
+def generated(p: Parameters, m: Mapping[str, np.ndarray], k: int) -> float:
+    """What it gives: the output angle on its scale."""
+    return math.log10(2.0) * (float(m["output_angle"][12 * k]) - p.first_out) / p.turn_out
+
+
 ENTRY = planar_entry(
-    "freudenstein", "Logarithm generator", "function generator", summary="Four-bar whose output angle follows log10 x for 1 < x < 2, exact at three points.",
-    use="Mechanical computing, instruments, matching of two scales.", origin="Ferdinand Freudenstein, 1955", parameters=Parameters, linkage=linkage,
-    path=lambda p: {"input_angle": (float(angles(p)[0][0]), float(angles(p)[0][-1]))}, width=lambda p: 0.08 * p.ground,
+    "freudenstein", "Logarithm generator", "function generator",
+    summary="Four-bar whose output angle follows log10 x for 1 < x < 2, exact at three points.",
+    use="Mechanical computing, instruments, matching of two scales.", origin="Ferdinand Freudenstein, 1955", parameters=Parameters,
+    linkage=linkage, path=lambda p: {"input_angle": (float(angles(p)[0][0]), float(angles(p)[0][-1]))}, width=lambda p: 0.08 * p.ground,
     links=("coupler", "output"), points=("B",), sliders=("turn", "turn_out"), plots=(PlotRecipe("output", ("output_angle",)),),
     outside=tuple(
-        Outside(f"log10 x at precision point {k + 1}", "", lambda p, k=k: math.log10(POINTS[k]),  # type: ignore[misc]
-                lambda p, m, k=k: math.log10(2) * (float(m["output_angle"][12 * k]) - p.first_out) / p.turn_out, 1e-9, "logarithm")  # type: ignore[misc]
-        for k in range(3)
+        Outside(f"log10 x at precision point {k + 1}", "", partial(logarithm, k=k), partial(generated, k=k), 1e-9,
+                "logarithm") for k in range(3)
     ),
-    chain="R + RRR", formulas="Freudenstein's equation at three points.", sources=("Freudenstein, Approximate synthesis of four-bar linkages, Trans. ASME 77, 1955",),
+    chain="R + RRR", formulas="Freudenstein's equation at three points.",
+    sources=("Freudenstein, Approximate synthesis of four-bar linkages, Trans. ASME 77, 1955",),
 )  # fmt: skip

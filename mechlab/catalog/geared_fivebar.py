@@ -7,10 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import Bars, farthest, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, farthest, parameter, planar_entry
 
 
 @dataclass(frozen=True)
@@ -37,14 +34,19 @@ def height(p: Parameters) -> float:
 
 
 ENTRY = planar_entry(
-    "geared_fivebar", "Geared five-bar", "dwell", summary="Five bars and a pair of gears: one freedom; as mirror images the cranks guide P straight.",
-    use="Coupler curves beyond those of a four-bar; straight guides without side load.", origin="studied by Artobolevsky and by Freudenstein and Primrose, 1963",
-    parameters=Parameters, linkage=linkage, path=lambda p: {"left_angle": (0.5 * math.pi, 2.5 * math.pi)}, width=lambda p: 0.2 * p.crank,
-    links=("rod_left", "rod_right"), points=("P",), sliders=("crank", "rod"), plots=(PlotRecipe("point P", ("P_z",)),),
+    "geared_fivebar", "Geared five-bar", "dwell",
+    summary="Five bars and a pair of gears: one freedom; as mirror images the cranks guide P straight.",
+    use="Coupler curves beyond those of a four-bar; straight guides without side load.",
+    origin="studied by Artobolevsky and by Freudenstein and Primrose, 1963", parameters=Parameters, linkage=linkage,
+    path=lambda p: {"left_angle": (0.5 * math.pi, 2.5 * math.pi)}, width=lambda p: 0.2 * p.crank, links=("rod_left", "rod_right"),
+    points=("P",), sliders=("crank", "rod"), plots=(PlotRecipe("point P", ("P_z",)),),
     outside=(
-        Outside("P stays in the plane of symmetry", "m", lambda p: 0.5 * p.ground, lambda p, m: farthest(m["P_x"], 0.5 * p.ground), 1e-9, "symmetry"),
+        Outside("P stays in the plane of symmetry", "m", lambda p: 0.5 * p.ground, lambda p, m: farthest(m["P_x"], 0.5 * p.ground), 1e-9,
+                "symmetry"),
         Outside("height of P with the cranks upright", "m", height, lambda p, m: float(m["P_z"][0]), 1e-9, "Pythagoras"),
-        Outside("turn of the right crank in one of the left", "rad", lambda p: -2 * np.pi, lambda p, m: float(m["right_angle"][-1] - m["right_angle"][0]), 1e-9, "external gears 1 : 1"),
+        Outside("turn of the right crank in one of the left", "rad", lambda p: -2 * np.pi,
+                lambda p, m: float(m["right_angle"][-1] - m["right_angle"][0]), 1e-9, "external gears 1 : 1"),
     ),
-    chain="R, gears, RRR", formulas="Dyad RRR between two cranks of opposite turn.", sources=("Artobolevsky, Mechanisms in Modern Engineering Design III",),
+    chain="R, gears, RRR", formulas="Dyad RRR between two cranks of opposite turn.",
+    sources=("Artobolevsky, Mechanisms in Modern Engineering Design III",),
 )  # fmt: skip

@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import builder_entry, farthest
+from mechlab.kit.short import Outside, PlotRecipe, builder_entry, farthest, parameter
 from mechlab.kit.train import Train
 from mechlab.mechanism import Mechanism
 
@@ -36,12 +34,15 @@ def reach(p: Parameters) -> float:
 
 
 ENTRY = builder_entry(
-    "geometric_pen", "Epicyclic straight line", "straight-line", summary="Sun, idler and planet 2 : 1: the planet turns back as fast as the arm goes, its end goes straight.",
+    "geometric_pen", "Epicyclic straight line", "straight-line",
+    summary="Sun, idler and planet 2 : 1: the planet turns back as fast as the arm goes, its end goes straight.",
     use="Geometric pens; engines without a ring gear.", origin="Giambattista Suardi, 1752", parameters=Parameters, build=build,
     path=lambda p: {"arm": (0.0, 2 * math.pi)}, plots=(PlotRecipe("pen", ("P_x", "P_y")),),
     outside=(
-        Outside("the pen stays on the line", "m", lambda p: 0.0, lambda p, m: farthest(m["P_y"], 0.0), 1e-9, "planet turns -1 for each turn of the arm"),
+        Outside("the pen stays on the line", "m", lambda p: 0.0, lambda p, m: farthest(m["P_y"], 0.0), 1e-9,
+                "planet turns -1 for each turn of the arm"),
         Outside("half the stroke", "m", lambda p: 2 * reach(p), lambda p, m: float(max(m["P_x"])), 1e-9, "twice the arm"),
     ),
-    chain="arm, 2 external meshes", formulas="P = arm (cos t + cos(-t), sin t + sin(-t)).", sources=("Adams, Geometrical and Graphical Essays, 1791",),
+    chain="arm, 2 external meshes", formulas="P = arm (cos t + cos(-t), sin t + sin(-t)).",
+    sources=("Adams, Geometrical and Graphical Essays, 1791",),
 )  # fmt: skip

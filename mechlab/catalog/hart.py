@@ -5,10 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import Bars, farthest, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, farthest, parameter, planar_entry
 
 
 @dataclass(frozen=True)
@@ -46,5 +43,6 @@ ENTRY = planar_entry(
     path=lambda p: {"crank_angle": (-p.swing, p.swing)}, width=lambda p: 0.04 * p.long, links=("ab", "cd"), points=("P", "R"),
     sliders=("long", "short"), plots=(PlotRecipe("point R", ("R_x", "R_z")),),
     outside=(Outside("x of the line", "m", line, lambda p, m: farthest(m["R_x"], line(p)), 1e-9, "diagonals of the antiparallelogram"),),
-    chain="R + RRR + RRR", formulas="Two dyads RRR.", sources=("Hart, On certain conversions of motion, Messenger of Mathematics 4, 1874",),
+    chain="R + RRR + RRR", formulas="Two dyads RRR.",
+    sources=("Hart, On certain conversions of motion, Messenger of Mathematics 4, 1874",),
 )  # fmt: skip

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
 from mechlab.kit.in_world import InWorld
-from mechlab.kit.legs import platform, rod
-from mechlab.kit.short import builder_entry
+from mechlab.kit.legs import platform, rod, turned
+from mechlab.kit.short import PlotRecipe, builder_entry, parameter, value_at
 from mechlab.mechanism import Mechanism, revolute
 
 
@@ -33,13 +32,17 @@ def leg(p: Parameters, k: int, place: np.ndarray, yaw: float) -> tuple[float, np
     d.out cos t + d.z sin t = (d2 + arm2 - rod2) / (2 arm), the outer solution."""
     turn, s = 2 * math.pi / 3 * (k // 2), 0.5 if k % 2 else -0.5
     out, side = np.array([math.cos(turn), math.sin(turn), 0]), np.array([-math.sin(turn), math.cos(turn), 0])
-    c, n = math.cos(yaw), math.sin(yaw)
     pivot = p.base * out + s * p.width * side
-    joint = place + np.array([[c, -n, 0], [n, c, 0], [0, 0, 1]]) @ (p.platform * out + s * p.narrow * side)
+    joint = place + turned(0.0, 0.0, yaw) @ (p.platform * out + s * p.narrow * side)
     d = joint - pivot
     u, v = float(d @ out), float(d[2])
     t = math.atan2(v, u) - math.acos((d @ d + p.arm**2 - p.rod**2) / (2 * p.arm * math.hypot(u, v)))
     return t, pivot, pivot + p.arm * (math.cos(t) * out + np.array([0, 0, math.sin(t)])), joint
+
+
+def arm(p: Parameters, k: int) -> float:
+    """Arm angle of leg k at the end of the path."""
+    return leg(p, k, np.array([END["platform_x"], END["platform_y"], p.height + END["platform_z"]]), END["platform_yaw"])[0]
 
 
 def build(p: Parameters) -> Mechanism:
@@ -56,11 +59,14 @@ def build(p: Parameters) -> Mechanism:
     return w.build()
 
 
-END, ARMS = {"platform_x": 0.05, "platform_y": 0.03, "platform_z": 0.04, "platform_roll": 0.0, "platform_pitch": 0.0, "platform_yaw": 0.2}, tuple(f"arm_{k}_angle" for k in range(1, 7))
+END = {"platform_x": 0.05, "platform_y": 0.03, "platform_z": 0.04, "platform_roll": 0.0, "platform_pitch": 0.0, "platform_yaw": 0.2}
+ARMS = tuple(f"arm_{k}_angle" for k in range(1, 7))
 ENTRY = builder_entry(
-    "hexa", "Hexa robot", "parallel-robot", summary="Six rotary arms with rods: six freedoms, light moving parts.", use="Fast handling with tilt; Reachy's neck and other 6-RSS heads are small ones.",
-    origin="Francois Pierrot, 1991", parameters=Parameters, build=build, path=lambda p: {n: (0.0, x) for n, x in END.items()}, drives=ARMS, plots=(PlotRecipe("arms", ARMS),),
-    outside=tuple(Outside(f"arm {k + 1} at the end", "rad", lambda p, k=k: leg(p, k, np.array([0.05, 0.03, p.height + 0.04]), 0.2)[0],  # type: ignore[misc]
-                          lambda p, m, k=k: float(m[f"arm_{k + 1}_angle"][-1]), 1e-9, "circle of the arm, sphere of the rod") for k in (0, 3)),  # type: ignore[misc]
-    chain="6 R U S", formulas="|elbow - joint| = rod.", sources=("Pierrot, Dauchez, Fournier, Hexa: a fast six-DOF fully parallel robot, ICAR 1991",),
+    "hexa", "Hexa robot", "parallel-robot", summary="Six rotary arms with rods: six freedoms, light moving parts.",
+    use="Fast handling with tilt; Reachy's neck and other 6-RSS heads are small ones.", origin="Francois Pierrot, 1991",
+    parameters=Parameters, build=build, path=lambda p: {n: (0.0, x) for n, x in END.items()}, drives=ARMS,
+    plots=(PlotRecipe("arms", ARMS),),
+    outside=tuple(value_at(f"arm_{k + 1}_angle", partial(arm, k=k), "circle of the arm, sphere of the rod", unit="rad") for k in (0, 3)),
+    chain="6 R U S", formulas="|elbow - joint| = rod.",
+    sources=("Pierrot, Dauchez, Fournier, Hexa: a fast six-DOF fully parallel robot, ICAR 1991",),
 )  # fmt: skip

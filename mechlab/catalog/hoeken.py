@@ -7,10 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import Bars, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, parameter, planar_entry
 
 
 @dataclass(frozen=True)
@@ -36,9 +33,8 @@ ENTRY = planar_entry(
     "hoeken", "Hoeken's linkage", "straight-line",
     summary="Four-bar 2 : 1 : 2.5 whose coupler end goes straight at nearly constant speed for half a turn.",
     use="Walking machines, feeders and wave simulators that need an even straight stroke from a turning crank.",
-    origin="Karl Hoecken, 1926", parameters=Parameters, linkage=linkage,
-    path=lambda p: {"crank_angle": (0.0, 2.0 * math.pi)}, width=lambda p: 0.1 * p.rocker,
-    links=("coupler", "rocker"), points=("P",), sliders=("crank", "ground"),
+    origin="Karl Hoecken, 1926", parameters=Parameters, linkage=linkage, path=lambda p: {"crank_angle": (0.0, 2.0 * math.pi)},
+    width=lambda p: 0.1 * p.rocker, links=("coupler", "rocker"), points=("P",), sliders=("crank", "ground"),
     plots=(PlotRecipe("end of the coupler", ("P_x", "P_z")),),
     outside=(
         # triangle A-B-D is isosceles and B the middle of A-P, so the angle A-D-P is right: |DP|^2 = |AP|^2 - |AD|^2 in every pose

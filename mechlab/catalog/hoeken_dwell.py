@@ -5,10 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import Bars, farthest, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, farthest, parameter, planar_entry
 
 
 @dataclass(frozen=True)
@@ -31,12 +28,13 @@ def linkage(p: Parameters) -> Linkage:
 
 
 ENTRY = planar_entry(
-    "hoeken_dwell", "Six-bar dwell", "dwell", summary="A slotted lever over Hoeken's straight line: it rests for half a turn of the crank.",
-    use="Indexing, feeding and holding without a cam.", origin="dwells by coupler curves: Hain, 1961", parameters=Parameters, linkage=linkage,
-    path=lambda p: {"crank_angle": (0.5 * math.pi, 2.5 * math.pi)}, width=lambda p: 0.25 * p.crank, links=("coupler", "lever"), points=("P",),
-    sliders=("crank", "pivot_x"), plots=(PlotRecipe("lever", ("lever_angle",)),),
+    "hoeken_dwell", "Six-bar dwell", "dwell",
+    summary="A slotted lever over Hoeken's straight line: it rests for half a turn of the crank.",
+    use="Indexing, feeding and holding without a cam.", origin="dwells by coupler curves: Hain, 1961", parameters=Parameters,
+    linkage=linkage, path=lambda p: {"crank_angle": (0.5 * math.pi, 2.5 * math.pi)}, width=lambda p: 0.25 * p.crank,
+    links=("coupler", "lever"), points=("P",), sliders=("crank", "pivot_x"), plots=(PlotRecipe("lever", ("lever_angle",)),),
     outside=(
-        # A-D-P is right-angled, P above D by k |AD| turned: with the crank at 90, 180, 270 degrees P stands exactly 4 cranks high, level with Q
+        # A-D-P is right-angled: with the crank at 90, 180, 270 degrees P stands exactly 4 cranks high, level with Q
         Outside("lever angle with the crank at 90, 180 and 270 degrees", "rad", lambda p: math.pi,
                 lambda p, m: farthest(abs(m["lever_angle"][[0, 6, 12]]), math.pi), 1e-9, "Thales' theorem: A, D, P on a circle about B"),
     ),

@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import builder_entry, ratio
+from mechlab.kit.short import Outside, PlotRecipe, builder_entry, parameter, ratio
 from mechlab.kit.train import Train
 from mechlab.mechanism import Mechanism
 from mechlab.shapes import pitch_angles
@@ -41,13 +39,15 @@ def willis(p: Parameters) -> float:
 
 
 ENTRY = builder_entry(
-    "humpage", "Humpage's bevel gear", "gear-train", summary="Bevel wheels on a moving arm: input and output in line, high reduction.", use="Machine tool drives, wheel hubs.",
-    origin="Thomas Humpage, about 1890", parameters=Parameters, build=build, path=lambda p: {"input": (0.0, 2 * math.pi)},
-    plots=(PlotRecipe("output", ("output_rate",)),),
+    "humpage", "Humpage's bevel gear", "gear-train", summary="Bevel wheels on a moving arm: input and output in line, high reduction.",
+    use="Machine tool drives, wheel hubs.", origin="Thomas Humpage, about 1890", parameters=Parameters, build=build,
+    path=lambda p: {"input": (0.0, 2 * math.pi)}, plots=(PlotRecipe("output", ("output_rate",)),),
     outside=(
         # output and fixed wheel count their angles about -z, the input about +z
-        Outside("ratio of input to output", "", willis, lambda p, m: -ratio(m, "input", "output"), 1e-9, "Willis 1841, signs from the sides of the planet"),
+        Outside("ratio of input to output", "", willis, lambda p, m: -ratio(m, "input", "output"), 1e-9,
+                "Willis 1841, signs from the sides of the planet"),
         Outside("ratio of input to arm", "", lambda p: 1 + p.f / p.a, lambda p, m: ratio(m, "input", "arm"), 1e-9, "Willis 1841"),
     ),
-    chain="arm, 5 bevel crowns", formulas="(w_in - w_arm) / (w_fixed - w_arm) = -f / a.", sources=("Merritt, Gear Trains, 1947", "teeth 20, 56, 24, 35, 76: Shigley, Theory of Machines"),
+    chain="arm, 5 bevel crowns", formulas="(w_in - w_arm) / (w_fixed - w_arm) = -f / a.",
+    sources=("Merritt, Gear Trains, 1947", "teeth 20, 56, 24, 35, 76: Shigley, Theory of Machines"),
 )  # fmt: skip

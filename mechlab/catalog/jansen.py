@@ -5,11 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
 from mechlab.kit.compass import corner, meet
-from mechlab.kit.short import Bars, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, parameter, planar_entry
 
 A, B, C, D, E, F, G, H, I, J, K, L, M = 38.0, 41.5, 39.3, 40.1, 55.8, 39.4, 36.7, 65.7, 49.0, 50.0, 61.9, 7.8, 15.0
 """Jansen's numbers: places of the pivots A, L; lengths of the bars B to K; crank M."""
@@ -44,12 +41,14 @@ def lowest(p: Parameters, m: object = None) -> complex:
 
 ENTRY = planar_entry(
     "jansen", "Jansen's leg", "walking", summary="Eleven bars in Jansen's proportions: the foot steps along a nearly flat line.",
-    use="Walking sculptures driven by the wind; legs without sensors.", origin="Theo Jansen, 1990", parameters=Parameters, linkage=linkage,
-    path=lambda p: {"crank_angle": (0.0, 2 * math.pi)}, width=lambda p: 3.0 * p.unit, links=("b", "c", "g"), points=("foot",),
-    sliders=("unit",), plots=(PlotRecipe("foot", ("foot_x", "foot_z")),),
+    use="Walking sculptures driven by the wind; legs without sensors.", origin="Theo Jansen, 1990", parameters=Parameters,
+    linkage=linkage, path=lambda p: {"crank_angle": (0.0, 2 * math.pi)}, width=lambda p: 3.0 * p.unit, links=("b", "c", "g"),
+    points=("foot",), sliders=("unit",), plots=(PlotRecipe("foot", ("foot_x", "foot_z")),),
     outside=(
-        Outside("x of the foot with the crank at 0", "m", lambda p: lowest(p).real, lambda p, m: float(m["foot_x"][0]), 1e-9, "ruler and compasses"),
-        Outside("height of the foot with the crank at 0", "m", lambda p: lowest(p).imag, lambda p, m: float(m["foot_z"][0]), 1e-9, "ruler and compasses"),
+        Outside("x of the foot with the crank at 0", "m", lambda p: lowest(p).real, lambda p, m: float(m["foot_x"][0]), 1e-9,
+                "ruler and compasses"),
+        Outside("height of the foot with the crank at 0", "m", lambda p: lowest(p).imag, lambda p, m: float(m["foot_z"][0]), 1e-9,
+                "ruler and compasses"),
     ),
     chain="R + 4 RRR", formulas="Three dyads RRR and two triangles.", sources=("Jansen, The Great Pretender, 2007: the eleven numbers",),
 )  # fmt: skip

@@ -5,11 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
 from mechlab.kit.compass import corner, meet
-from mechlab.kit.short import Bars, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, parameter, planar_entry
 
 CRANK, LOW, HIGH = 17.5, complex(-38.8, -12.5), complex(-14.6, 41.9)
 BH, CF, CH, DE, EF, EG, FG, FH = 23.7, 73.4, 38.8, 34.1, 57.7, 111.7, 59.0, 35.2
@@ -49,8 +46,11 @@ ENTRY = planar_entry(
     path=lambda p: {"crank_angle": (0.0, 2 * math.pi)}, width=lambda p: 3.0 * p.unit, links=("rod", "leg"), points=("foot",),
     sliders=("unit",), plots=(PlotRecipe("foot", ("foot_x", "foot_z")),),
     outside=(
-        Outside("x of the foot with the crank at 0", "m", lambda p: foot(p).real, lambda p, m: float(m["foot_x"][0]), 1e-9, "ruler and compasses"),
-        Outside("height of the foot with the crank at 0", "m", lambda p: foot(p).imag, lambda p, m: float(m["foot_z"][0]), 1e-9, "ruler and compasses"),
+        Outside("x of the foot with the crank at 0", "m", lambda p: foot(p).real, lambda p, m: float(m["foot_x"][0]), 1e-9,
+                "ruler and compasses"),
+        Outside("height of the foot with the crank at 0", "m", lambda p: foot(p).imag, lambda p, m: float(m["foot_z"][0]), 1e-9,
+                "ruler and compasses"),
     ),
-    chain="R + RRR + RRR", formulas="Two dyads RRR.", sources=("Klann, US patent 6260862, 2001", "proportions: boim.com/Walkin8r, an optimised leg"),
+    chain="R + RRR + RRR", formulas="Two dyads RRR.",
+    sources=("Klann, US patent 6260862, 2001", "proportions: boim.com/Walkin8r, an optimised leg"),
 )  # fmt: skip

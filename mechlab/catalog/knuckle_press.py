@@ -5,11 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
 from mechlab.kit.compass import meet
-from mechlab.kit.short import Bars, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, parameter, planar_entry
 
 
 @dataclass(frozen=True)
@@ -25,7 +22,8 @@ class Parameters(Bars):
 def linkage(p: Parameters) -> Linkage:
     """Driver, RRR at the knuckle, RRP at the ram; O stands so that the links are in line when crank and rod are."""
     return (
-        Linkage("knuckle_press").pivot("O", -p.rod - p.crank - 0.002, -p.upper).pivot("Q", 0.0, 0.0).guide("column", 0.0, 0.0, -0.5 * math.pi)
+        Linkage("knuckle_press").pivot("O", -p.rod - p.crank - 0.002, -p.upper).pivot("Q", 0.0, 0.0).guide("column", 0.0, 0.0,
+                -0.5 * math.pi)
         .crank("crank", "O", "A", p.crank)
         .rrr("K", ("rod", "upper_link"), ("A", "Q"), (p.rod, p.upper), -1)
         .rrp("F", "lower_link", "K", "column", p.lower, 1)
@@ -40,12 +38,14 @@ def ram(p: Parameters, t: float) -> float:
 
 
 ENTRY = planar_entry(
-    "knuckle_press", "Knuckle-joint press", "press", summary="Crank, rod and knuckle: long dwell and high force at the bottom.", use="Coining and embossing.",
-    origin="Diedrich Uhlhorn's coining press, 1817", parameters=Parameters, linkage=linkage, path=lambda p: {"crank_angle": (0.0, 2 * math.pi)},
-    width=lambda p: 0.1 * p.upper, links=("upper_link", "lower_link"), points=("K",), slides=("F",), sliders=("lower", "rod"), plots=(PlotRecipe("ram", ("F_slide",)),),
+    "knuckle_press", "Knuckle-joint press", "press", summary="Crank, rod and knuckle: long dwell and high force at the bottom.",
+    use="Coining and embossing.", origin="Diedrich Uhlhorn's coining press, 1817", parameters=Parameters, linkage=linkage,
+    path=lambda p: {"crank_angle": (0.0, 2 * math.pi)}, width=lambda p: 0.1 * p.upper, links=("upper_link", "lower_link"), points=("K",),
+    slides=("F",), sliders=("lower", "rod"), plots=(PlotRecipe("ram", ("F_slide",)),),
     outside=(
         Outside("ram with the crank at 0", "m", lambda p: ram(p, 0.0), lambda p, m: float(m["F_slide"][0]), 1e-9, "ruler and compasses"),
-        Outside("ram with the crank at 90 degrees", "m", lambda p: ram(p, 0.5 * math.pi), lambda p, m: float(m["F_slide"][6]), 1e-9, "ruler and compasses"),
+        Outside("ram with the crank at 90 degrees", "m", lambda p: ram(p, 0.5 * math.pi), lambda p, m: float(m["F_slide"][6]), 1e-9,
+                "ruler and compasses"),
     ),
     chain="R + RRR + RRP", formulas="Dyads RRR and RRP.", sources=("Artobolevsky, Mechanisms in Modern Engineering Design II",),
 )  # fmt: skip

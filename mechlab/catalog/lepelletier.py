@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import builder_entry, ratio
+from mechlab.kit.short import Outside, PlotRecipe, builder_entry, parameter, ratio
 from mechlab.kit.train import Train
 from mechlab.mechanism import Mechanism
 
@@ -39,7 +37,8 @@ def build(p: Parameters) -> Mechanism:
     t.mesh_of("sun_3", "long", "arm_2").mesh_of("ring_2", "long", "arm_2").mesh_of("sun_2", "short", "arm_2")
     t.mesh_of("short", "long", "arm_2").relation("brake_1", sun_1=1)
     closed = {1: ("A", "D"), 2: ("A", "C"), 3: ("A", "B"), 4: ("A", "E"), 5: ("B", "E"), 6: ("C", "E")}[p.gear]
-    rows = {"A": {"sun_2": 1, "arm_1": -1}, "B": {"sun_3": 1, "arm_1": -1}, "C": {"sun_3": 1}, "D": {"arm_2": 1}, "E": {"arm_2": 1, "ring_1": -1}}
+    rows = {"A": {"sun_2": 1, "arm_1": -1}, "B": {"sun_3": 1, "arm_1": -1}, "C": {"sun_3": 1}, "D": {"arm_2": 1},
+            "E": {"arm_2": 1, "ring_1": -1}}
     for clutch in closed:
         t.relation(f"clutch_{clutch}", **rows[clutch])
     t.drive("ring_1", stiffness=20.0, damping=0.2)
@@ -59,12 +58,15 @@ def willis(p: Parameters) -> float:
 
 
 ENTRY = builder_entry(
-    "lepelletier", "Lepelletier train", "gear-train", summary="A simple stage and a Ravigneaux set: six forward gears of an automatic gearbox.",
-    use="Automatic gearboxes with six gears and few parts.", origin="Pierre Lepelletier, 1990; ZF 6HP26, 2001", parameters=Parameters, build=build,
-    path=lambda p: {"ring_1": (0.0, 2 * math.pi)}, plots=(PlotRecipe("output", ("ring_2_rate",)),),
+    "lepelletier", "Lepelletier train", "gear-train",
+    summary="A simple stage and a Ravigneaux set: six forward gears of an automatic gearbox.",
+    use="Automatic gearboxes with six gears and few parts.", origin="Pierre Lepelletier, 1990; ZF 6HP26, 2001", parameters=Parameters,
+    build=build, path=lambda p: {"ring_1": (0.0, 2 * math.pi)}, plots=(PlotRecipe("output", ("ring_2_rate",)),),
     outside=(
         Outside("ratio of the engaged gear by Willis", "", willis, lambda p, m: ratio(m, "ring_1", "ring_2"), 1e-9, "Willis 1841"),
-        Outside("ratio of the engaged gear as printed", "", lambda p: TABLE[p.gear], lambda p, m: ratio(m, "ring_1", "ring_2"), 6e-4, "ZF 6HP26 data sheet, three decimals"),
+        Outside("ratio of the engaged gear as printed", "", lambda p: TABLE[p.gear], lambda p, m: ratio(m, "ring_1", "ring_2"), 6e-4,
+                "ZF 6HP26 data sheet, three decimals"),
     ),
-    chain="planetary, 2 + 2 meshes each", formulas="Willis equation of each stage.", sources=("ZF 6HP26", "Willis, Principles of Mechanism, 1841"),
+    chain="planetary, 2 + 2 meshes each", formulas="Willis equation of each stage.",
+    sources=("ZF 6HP26", "Willis, Principles of Mechanism, 1841"),
 )  # fmt: skip

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
 from mechlab.kit.compass import at, meet
-from mechlab.kit.short import Bars, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, parameter, planar_entry
 
 
 @dataclass(frozen=True)
@@ -28,7 +25,8 @@ def linkage(p: Parameters) -> Linkage:
     """Driver, RRR, the pulley."""
     return (
         Linkage("luffing_crane").pivot("O", 0.0, 0.0).pivot("D", -p.behind, p.above)
-        .crank("jib", "O", "A", p.jib).rrr("B", ("head", "stay"), ("A", "D"), (p.tail, p.stay), -1).point("P", "head", p.head, 3.14159265358979)
+        .crank("jib", "O", "A", p.jib).rrr("B", ("head", "stay"), ("A", "D"), (p.tail, p.stay), -1).point("P", "head", p.head,
+                3.14159265358979)
     )  # fmt: skip
 
 
@@ -41,11 +39,15 @@ def pulley(p: Parameters, t: float) -> complex:
 
 LOW, HIGH = 0.9, 1.3
 ENTRY = planar_entry(
-    "luffing_crane", "Level-luffing crane", "lift", summary="A double rocker whose head goes nearly level: the load is luffed without work.", use="Harbour cranes.", origin="common in harbours since about 1910",
-    parameters=Parameters, linkage=linkage, path=lambda p: {"jib_angle": (LOW, HIGH)}, width=lambda p: 0.04 * p.jib, links=("head",), points=("P",), sliders=("stay", "head"), plots=(PlotRecipe("pulley", ("P_x", "P_z")),),
+    "luffing_crane", "Level-luffing crane", "lift",
+    summary="A double rocker whose head goes nearly level: the load is luffed without work.", use="Harbour cranes.",
+    origin="common in harbours since about 1910", parameters=Parameters, linkage=linkage, path=lambda p: {"jib_angle": (LOW, HIGH)},
+    width=lambda p: 0.04 * p.jib, links=("head",), points=("P",), sliders=("stay", "head"), plots=(PlotRecipe("pulley", ("P_x", "P_z")),),
     outside=(
-        Outside("reach of the pulley, jib lowered", "m", lambda p: pulley(p, LOW).real, lambda p, m: float(m["P_x"][0]), 1e-9, "ruler and compasses"),
-        Outside("height of the pulley, jib raised", "m", lambda p: pulley(p, HIGH).imag, lambda p, m: float(m["P_z"][-1]), 1e-9, "ruler and compasses"),
+        Outside("reach of the pulley, jib lowered", "m", lambda p: pulley(p, LOW).real, lambda p, m: float(m["P_x"][0]), 1e-9,
+                "ruler and compasses"),
+        Outside("height of the pulley, jib raised", "m", lambda p: pulley(p, HIGH).imag, lambda p, m: float(m["P_z"][-1]), 1e-9,
+                "ruler and compasses"),
     ),
     chain="R + RRR", formulas="Dyad RRR.", sources=("Artobolevsky, Mechanisms in Modern Engineering Design I",),
 )  # fmt: skip

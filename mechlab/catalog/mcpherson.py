@@ -5,10 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import Bars, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, parameter, planar_entry
 
 
 @dataclass(frozen=True)
@@ -41,12 +38,15 @@ def turned(p: Parameters) -> float:
 
 
 ENTRY = planar_entry(
-    "mcpherson", "McPherson strut", "suspension", summary="A lower arm and a sliding strut: one part guides, springs and steers.", use="Front suspensions of most small cars.",
-    origin="Earle MacPherson, 1949", parameters=Parameters, linkage=linkage, path=lambda p: {"lower_angle": (-p.bump, p.bump)}, width=lambda p: 0.07 * p.lower,
-    links=("strut",), slides=("strut",), points=("A",), sliders=("lower", "top_x"), plots=(PlotRecipe("camber", ("strut_angle",)),),
+    "mcpherson", "McPherson strut", "suspension", summary="A lower arm and a sliding strut: one part guides, springs and steers.",
+    use="Front suspensions of most small cars.", origin="Earle MacPherson, 1949", parameters=Parameters, linkage=linkage,
+    path=lambda p: {"lower_angle": (-p.bump, p.bump)}, width=lambda p: 0.07 * p.lower, links=("strut",), slides=("strut",), points=("A",),
+    sliders=("lower", "top_x"), plots=(PlotRecipe("camber", ("strut_angle",)),),
     outside=(
-        Outside("length of the strut at bump", "m", lambda p: abs(strut(p, p.bump)), lambda p, m: abs(float(m["strut_slide"][-1])), 1e-9, "distance of mount and ball joint"),
-        Outside("turn of the strut from droop to bump", "rad", turned, lambda p, m: float(m["strut_angle"][-1] - m["strut_angle"][0]), 1e-9, "direction from mount to ball joint"),
+        Outside("length of the strut at bump", "m", lambda p: abs(strut(p, p.bump)), lambda p, m: abs(float(m["strut_slide"][-1])), 1e-9,
+                "distance of mount and ball joint"),
+        Outside("turn of the strut from droop to bump", "rad", turned, lambda p, m: float(m["strut_angle"][-1] - m["strut_angle"][0]),
+                1e-9, "direction from mount to ball joint"),
     ),
     chain="R + RPR", formulas="Dyad RPR.", sources=("Milliken, Race Car Vehicle Dynamics, 17",),
 )  # fmt: skip

@@ -7,11 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
 from mechlab.kit.in_world import InWorld
 from mechlab.kit.palette import GOLD
-from mechlab.kit.short import builder_entry, farthest
+from mechlab.kit.short import Outside, PlotRecipe, builder_entry, farthest, parameter
 from mechlab.mechanism import Inertia, Mechanism, prismatic, revolute, shape
 
 
@@ -30,7 +28,8 @@ def build(p: Parameters) -> Mechanism:
     disc = shape("disc", color=GOLD, name="disc", radius=r, thickness=0.2 * r)
     w = InWorld("oldham", 0.15 * r, summary="Oldham coupling")
     w.link("driver", revolute("driver_angle", "z"), at=(0, 0, -0.3 * r), to=[(-r, 0, -0.3 * r), (r, 0, -0.3 * r)], more=hub)
-    w.link("block", prismatic("slide", "x", zero=p.offset), at=(p.offset, 0, 0), parent="driver", more=Inertia.cylinder(0.1, r, 0.2 * r), shapes=[disc])
+    w.link("block", prismatic("slide", "x", zero=p.offset), at=(p.offset, 0, 0), parent="driver", more=Inertia.cylinder(0.1, r, 0.2 * r),
+           shapes=[disc])
     e = p.offset
     w.link("follower", revolute("follower_angle", "z"), at=(e, 0, 0.3 * r), to=[(e, -r, 0.3 * r), (e, r, 0.3 * r)], more=hub)
     w.close("cross_slide", "block", "follower", (e, 0, 0), "prismatic", (0, 1, 0))
@@ -39,14 +38,16 @@ def build(p: Parameters) -> Mechanism:
 
 
 ENTRY = builder_entry(
-    "oldham", "Oldham coupling", "coupling", summary="Parallel shafts with an offset, a block with crossed slides: equal speeds.", use="Couples shafts that are out of line.",
-    origin="John Oldham, 1821", parameters=Parameters, build=build, path=lambda p: {"driver_angle": (0.0, 2 * math.pi)}, sliders=("offset",),
-    plots=(PlotRecipe("slide", ("slide",)),),
+    "oldham", "Oldham coupling", "coupling", summary="Parallel shafts with an offset, a block with crossed slides: equal speeds.",
+    use="Couples shafts that are out of line.", origin="John Oldham, 1821", parameters=Parameters, build=build,
+    path=lambda p: {"driver_angle": (0.0, 2 * math.pi)}, sliders=("offset",), plots=(PlotRecipe("slide", ("slide",)),),
     outside=(
-        Outside("follower against driver", "rad", lambda p: 0.0, lambda p, m: farthest(m["follower_angle"] - m["driver_angle"], 0.0), 1e-9, "the slides stay at right angles"),
+        Outside("follower against driver", "rad", lambda p: 0.0, lambda p, m: farthest(m["follower_angle"] - m["driver_angle"], 0.0),
+                1e-9, "the slides stay at right angles"),
         # both slides pass through their shafts at right angles: the middle of the block lies on the circle over the offset (Thales)
         Outside("distance of the block from the middle between the shafts", "m", lambda p: 0.5 * p.offset,
-                lambda p, m: farthest(np.hypot(m["block_centre_x"] - 0.5 * p.offset, m["block_centre_y"]), 0.5 * p.offset), 1e-9, "Thales' theorem"),
+                lambda p, m: farthest(np.hypot(m["block_centre_x"] - 0.5 * p.offset, m["block_centre_y"]), 0.5 * p.offset), 1e-9,
+                "Thales' theorem"),
     ),
     chain="R P P R", formulas="slide = offset cos(angle).", sources=("Reuleaux, Theoretische Kinematik, 1875",),
 )  # fmt: skip

@@ -5,10 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import Bars, farthest, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, farthest, parameter, planar_entry
 
 
 @dataclass(frozen=True)
@@ -33,15 +30,21 @@ def linkage(p: Parameters) -> Linkage:
 
 
 ENTRY = planar_entry(
-    "palletizer", "Palletizing arm", "lift", summary="Two cranks at the base, parallelograms to the wrist: the tool stays level without a drive.",
+    "palletizer", "Palletizing arm", "lift",
+    summary="Two cranks at the base, parallelograms to the wrist: the tool stays level without a drive.",
     use="Robots that stack boxes; excavators and desk lamps share the idea.", origin="Fujiyusoki Kogyo palletizing robots, 1980s",
-    parameters=Parameters, linkage=linkage, path=lambda p: {"arm_angle": (1.3, 0.9), "crank_angle": (2.9, 2.5)}, width=lambda p: 0.25 * p.level,
-    links=("forearm", "tool"), points=("W",), sliders=("upper", "fore"), plots=(PlotRecipe("wrist", ("W_x", "W_z")),),
+    parameters=Parameters, linkage=linkage, path=lambda p: {"arm_angle": (1.3, 0.9), "crank_angle": (2.9, 2.5)},
+    width=lambda p: 0.25 * p.level, links=("forearm", "tool"), points=("W",), sliders=("upper", "fore"),
+    plots=(PlotRecipe("wrist", ("W_x", "W_z")),),
     outside=(
-        Outside("tilt of the tool along the path", "rad", lambda p: 0.0, lambda p, m: farthest(m["tool_angle"] - m["tool_angle"][0], 0.0), 1e-9, "parallelograms"),
+        Outside("tilt of the tool along the path", "rad", lambda p: 0.0,
+                lambda p, m: farthest(m["tool_angle"] - m["tool_angle"][0], 0.0), 1e-9, "parallelograms"),
         # A-B is parallel to O-C, W lies opposite: W = upper e^(i arm) - fore e^(i crank)
-        Outside("x of the wrist at the end", "m", lambda p: p.upper * math.cos(0.9) - p.fore * math.cos(2.5), lambda p, m: float(m["W_x"][-1]), 1e-9, "parallelogram O-A-B-C"),
-        Outside("height of the wrist at the end", "m", lambda p: p.upper * math.sin(0.9) - p.fore * math.sin(2.5), lambda p, m: float(m["W_z"][-1]), 1e-9, "parallelogram O-A-B-C"),
+        Outside("x of the wrist at the end", "m", lambda p: p.upper * math.cos(0.9) - p.fore * math.cos(2.5),
+                lambda p, m: float(m["W_x"][-1]), 1e-9, "parallelogram O-A-B-C"),
+        Outside("height of the wrist at the end", "m", lambda p: p.upper * math.sin(0.9) - p.fore * math.sin(2.5),
+                lambda p, m: float(m["W_z"][-1]), 1e-9, "parallelogram O-A-B-C"),
     ),
-    chain="R, R + 3 RRR", formulas="W = upper (cos, sin)(arm) - fore (cos, sin)(crank).", sources=("Artobolevsky, Mechanisms in Modern Engineering Design I",),
+    chain="R, R + 3 RRR", formulas="W = upper (cos, sin)(arm) - fore (cos, sin)(crank).",
+    sources=("Artobolevsky, Mechanisms in Modern Engineering Design I",),
 )  # fmt: skip

@@ -5,10 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import Bars, farthest, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, farthest, parameter, planar_entry
 
 
 @dataclass(frozen=True)
@@ -39,9 +36,13 @@ ENTRY = planar_entry(
     path=lambda p: {"left_angle": (2.6, 1.7)}, width=lambda p: 0.3 * p.spread, links=("finger_left", "finger_right"),
     points=("tip_left", "tip_right"), sliders=("bar", "base"), plots=(PlotRecipe("jaws", ("tip_left_x", "tip_right_x")),),
     outside=(
-        Outside("opening at the end", "m", lambda p: p.base - 2 * p.bar * math.cos(1.7), lambda p, m: float(m["tip_right_x"][-1] - m["tip_left_x"][-1]), 1e-9, "base - 2 bar cos(angle)"),
-        Outside("tilt of the left finger along the path", "rad", lambda p: 0.0, lambda p, m: farthest(m["finger_left_angle"] - m["finger_left_angle"][0], 0.0), 1e-9, "parallelogram"),
-        Outside("the jaws stay mirror images", "m", lambda p: 0.0, lambda p, m: farthest(m["tip_right_x"] + m["tip_left_x"], 0.0), 1e-9, "gears 1 : 1"),
+        Outside("opening at the end", "m", lambda p: p.base - 2 * p.bar * math.cos(1.7),
+                lambda p, m: float(m["tip_right_x"][-1] - m["tip_left_x"][-1]), 1e-9, "base - 2 bar cos(angle)"),
+        Outside("tilt of the left finger along the path", "rad", lambda p: 0.0,
+                lambda p, m: farthest(m["finger_left_angle"] - m["finger_left_angle"][0], 0.0), 1e-9, "parallelogram"),
+        Outside("the jaws stay mirror images", "m", lambda p: 0.0, lambda p, m: farthest(m["tip_right_x"] + m["tip_left_x"], 0.0), 1e-9,
+                "gears 1 : 1"),
     ),
-    chain="R, gears, 2 RRR", formulas="opening = base - 2 bar cos(angle).", sources=("Artobolevsky, Mechanisms in Modern Engineering Design I",),
+    chain="R, gears, 2 RRR", formulas="opening = base - 2 bar cos(angle).",
+    sources=("Artobolevsky, Mechanisms in Modern Engineering Design I",),
 )  # fmt: skip

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
 from mechlab.kit.in_world import InWorld
-from mechlab.kit.short import builder_entry
+from mechlab.kit.short import Outside, PlotRecipe, builder_entry, parameter
 from mechlab.mechanism import Mechanism, revolute
 
 GAMMA, K_THETA = 0.8517, 2.65
@@ -44,13 +41,19 @@ def build(p: Parameters) -> Mechanism:
 
 
 ENTRY = builder_entry(
-    "parallel_guide", "Compliant parallel guide", "compliant", summary="Two flexures as pinned bars with torsion springs: a stage that shifts without turning.", use="Precision stages, microsystems, watch parts.",
-    origin="pseudo-rigid-body model: Larry Howell and Ashok Midha, 1994", parameters=Parameters, build=build, path=lambda p: {"bend": (0.0, p.bend)}, sliders=("flexure",), plots=(PlotRecipe("stage", ("P_x", "P_z")),),
+    "parallel_guide", "Compliant parallel guide", "compliant",
+    summary="Two flexures as pinned bars with torsion springs: a stage that shifts without turning.",
+    use="Precision stages, microsystems, watch parts.", origin="pseudo-rigid-body model: Larry Howell and Ashok Midha, 1994",
+    parameters=Parameters, build=build, path=lambda p: {"bend": (0.0, p.bend)}, sliders=("flexure",),
+    plots=(PlotRecipe("stage", ("P_x", "P_z")),),
     outside=(
         # four springs turn by the same angle: torque 4 k t; force on the stage = torque / (gamma length cos t)
-        Outside("torque on the left bar at the end", "N m", lambda p: 4 * spring(p) * p.bend, lambda p, m: float(m["bend_force"][-1]), 1e-9, "virtual work: 4 k t"),
-        # beam theory: stiffness of two fixed-guided beams 2 x 12 E I / L^3; the model has 4 k / (gamma L)^2 = 8 K E I / (gamma L^3), 3.7 % more
-        Outside("initial stiffness of the stage over 24 E I / L^3", "", lambda p: 1.0, lambda p, m: float(m["bend_force"][1] / m["bend"][1] / (GAMMA * p.flexure) ** 2 / (24 * p.bending / p.flexure**3)), 0.04, "Euler-Bernoulli beams; Howell states the model to some per cent"),
+        Outside("torque on the left bar at the end", "N m", lambda p: 4 * spring(p) * p.bend, lambda p, m: float(m["bend_force"][-1]),
+                1e-9, "virtual work: 4 k t"),
+        # two fixed-guided beams: 2 x 12 E I / L^3; the model has 4 k / (gamma L)^2 = 8 K E I / (gamma L^3), 3.7 % more
+        Outside("initial stiffness of the stage over 24 E I / L^3", "", lambda p: 1.0,
+                lambda p, m: float(m["bend_force"][1] / m["bend"][1] / (GAMMA * p.flexure) ** 2 / (24 * p.bending / p.flexure**3)), 0.04,
+                "Euler-Bernoulli beams; Howell states the model to some per cent"),
     ),
     chain="RRRR with springs", formulas="k = 2 gamma K E I / L.", sources=("Howell, Compliant Mechanisms, 2001, chapter 5",),
 )  # fmt: skip

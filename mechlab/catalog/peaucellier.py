@@ -6,10 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import Bars, farthest, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, farthest, parameter, planar_entry
 
 
 @dataclass(frozen=True)
@@ -34,11 +31,12 @@ def linkage(p: Parameters) -> Linkage:
 
 
 ENTRY = planar_entry(
-    "peaucellier", "Peaucellier-Lipkin linkage", "straight-line", summary="Eight bars that invert a circle through the pivot: P goes exactly straight.",
+    "peaucellier", "Peaucellier-Lipkin linkage", "straight-line",
+    summary="Eight bars that invert a circle through the pivot: P goes exactly straight.",
     use="The first exact straight line without slides; ventilated the Houses of Parliament.",
-    origin="Charles-Nicolas Peaucellier, 1864; Lippman Lipkin, 1871", parameters=Parameters, linkage=linkage, width=lambda p: 0.05 * p.arm,
-    path=lambda p: {"crank_angle": (-p.swing, p.swing)}, links=("arm_up", "arm_down"), points=("A", "P"), sliders=("arm", "side"),
-    plots=(PlotRecipe("point P", ("P_x", "P_z")),),
+    origin="Charles-Nicolas Peaucellier, 1864; Lippman Lipkin, 1871", parameters=Parameters, linkage=linkage,
+    width=lambda p: 0.05 * p.arm, path=lambda p: {"crank_angle": (-p.swing, p.swing)}, links=("arm_up", "arm_down"), points=("A", "P"),
+    sliders=("arm", "side"), plots=(PlotRecipe("point P", ("P_x", "P_z")),),
     outside=(
         # |OA| |OP| = arm^2 - side^2 (power of the point O); A on the circle of diameter 2 crank through O maps to a line
         Outside("distance of the line from O", "m", lambda p: (p.arm**2 - p.side**2) / (2 * p.crank),

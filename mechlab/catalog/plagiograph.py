@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import cmath
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import Bars, planar_entry
+import numpy as np
+
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, parameter, planar_entry
 
 
 @dataclass(frozen=True)
@@ -31,19 +31,20 @@ def linkage(p: Parameters) -> Linkage:
     )  # fmt: skip
 
 
-def copied(p: Parameters, m: dict) -> complex:
+def copied(p: Parameters, m: Mapping[str, np.ndarray]) -> complex:
     """P over R as complex numbers, at the end of the path."""
     return complex(m["P_x"][-1], m["P_z"][-1]) / complex(m["R_x"][-1], m["R_z"][-1])
 
 
 ENTRY = planar_entry(
-    "plagiograph", "Sylvester's plagiograph", "pantograph", summary="A parallelogram with skew arms: one point copies another, enlarged and turned.",
+    "plagiograph", "Sylvester's plagiograph", "pantograph",
+    summary="A parallelogram with skew arms: one point copies another, enlarged and turned.",
     use="Copies drawings at another size and angle; a building block of robot legs.", origin="James Joseph Sylvester, 1875",
     parameters=Parameters, linkage=linkage, path=lambda p: {"left_angle": (1.9, 2.5), "right_angle": (0.6, 0.9)},
     width=lambda p: 0.06 * p.first, links=("ab", "cb"), points=("P", "R"), sliders=("first", "second"),
     plots=(PlotRecipe("original and copy", ("P_x", "P_z", "R_x", "R_z")),),
     outside=(
-        # P = first e^(i t) + scale second e^(i turn) e^(i f); R = second e^(i f) + first / scale e^(-i turn) e^(i t): P = scale e^(i turn) R
+        # P = first e^(i t) + scale second e^(i turn) e^(i f); R = second e^(i f) + first / scale e^(i (t - turn)): P = scale e^(i turn) R
         Outside("enlargement", "", lambda p: p.scale, lambda p, m: abs(copied(p, m)), 1e-9, "Sylvester 1875, as derived"),
         Outside("turn", "rad", lambda p: p.turn, lambda p, m: cmath.phase(copied(p, m)), 1e-9, "Sylvester 1875, as derived"),
     ),

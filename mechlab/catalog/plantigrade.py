@@ -5,10 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import Bars, farthest, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, farthest, parameter, planar_entry
 
 
 @dataclass(frozen=True)
@@ -30,13 +27,18 @@ def linkage(p: Parameters) -> Linkage:
 
 
 ENTRY = planar_entry(
-    "plantigrade", "Chebyshev's plantigrade machine", "walking", summary="Two lambda linkages on one shaft, half a turn apart: one foot is always on the ground.",
-    use="The first walking machine.", origin="Pafnuty Chebyshev, shown in Paris 1878", parameters=Parameters, linkage=linkage, path=lambda p: {"crank_angle": (0.5 * math.pi, 2.5 * math.pi)},
-    width=lambda p: 0.25 * p.crank, links=("leg_1", "leg_2"), points=("foot_1", "foot_2"), sliders=("crank",), plots=(PlotRecipe("feet", ("foot_1_z", "foot_2_z")),),
+    "plantigrade", "Chebyshev's plantigrade machine", "walking",
+    summary="Two lambda linkages on one shaft, half a turn apart: one foot is always on the ground.", use="The first walking machine.",
+    origin="Pafnuty Chebyshev, shown in Paris 1878", parameters=Parameters, linkage=linkage,
+    path=lambda p: {"crank_angle": (0.5 * math.pi, 2.5 * math.pi)}, width=lambda p: 0.25 * p.crank, links=("leg_1", "leg_2"),
+    points=("foot_1", "foot_2"), sliders=("crank",), plots=(PlotRecipe("feet", ("foot_1_z", "foot_2_z")),),
     outside=(
         # B is the middle of A-foot and as far from D: the angle A-D-foot is right; the foot is 4 cranks low at 90, 180 and 270 degrees
-        Outside("depth of foot 1 at 90, 180, 270 degrees", "m", lambda p: -4 * p.crank, lambda p, m: farthest(m["foot_1_z"][[0, 6, 12]], -4 * p.crank), 1e-9, "Thales' theorem"),
-        Outside("depth of foot 2 half a turn later", "m", lambda p: -4 * p.crank, lambda p, m: farthest(m["foot_2_z"][[12, 18, 24]], -4 * p.crank), 1e-9, "Thales' theorem"),
+        Outside("depth of foot 1 at 90, 180, 270 degrees", "m", lambda p: -4 * p.crank,
+                lambda p, m: farthest(m["foot_1_z"][[0, 6, 12]], -4 * p.crank), 1e-9, "Thales' theorem"),
+        Outside("depth of foot 2 half a turn later", "m", lambda p: -4 * p.crank,
+                lambda p, m: farthest(m["foot_2_z"][[12, 18, 24]], -4 * p.crank), 1e-9, "Thales' theorem"),
     ),
-    chain="R + 2 RRR", formulas="Two dyads RRR.", sources=("Chebyshev, Oeuvres II", "Artobolevsky, Levitsky, Mechanisms of P. L. Chebyshev, 1945"),
+    chain="R + 2 RRR", formulas="Two dyads RRR.",
+    sources=("Chebyshev, Oeuvres II", "Artobolevsky, Levitsky, Mechanisms of P. L. Chebyshev, 1945"),
 )  # fmt: skip

@@ -5,10 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import Bars, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, parameter, planar_entry
 
 
 @dataclass(frozen=True)
@@ -42,12 +39,16 @@ def second(p: Parameters) -> float:
 
 
 ENTRY = planar_entry(
-    "radial_engine", "Radial engine", "engine", summary="One master rod, the others on its knuckles: all pistons in one plane.", use="Aircraft engines with a short crankshaft.",
-    origin="Charles Manly, 1901", parameters=Parameters, linkage=linkage, path=lambda p: {"crank_angle": (0.5 * math.pi, 2.5 * math.pi)},
-    width=lambda p: 0.3 * p.crank, slides=("piston_1", "piston_2"), links=("master",), sliders=("rod", "knuckle"), plots=(PlotRecipe("pistons", ("piston_1_slide", "piston_2_slide")),),
+    "radial_engine", "Radial engine", "engine", summary="One master rod, the others on its knuckles: all pistons in one plane.",
+    use="Aircraft engines with a short crankshaft.", origin="Charles Manly, 1901", parameters=Parameters, linkage=linkage,
+    path=lambda p: {"crank_angle": (0.5 * math.pi, 2.5 * math.pi)}, width=lambda p: 0.3 * p.crank, slides=("piston_1", "piston_2"),
+    links=("master",), sliders=("rod", "knuckle"), plots=(PlotRecipe("pistons", ("piston_1_slide", "piston_2_slide")),),
     outside=(
-        Outside("stroke of the master piston", "m", lambda p: 2 * p.crank, lambda p, m: float(m["piston_1_slide"][0] - m["piston_1_slide"][12]), 1e-9, "twice the crank"),
-        Outside("piston 2 with the crank upright", "m", second, lambda p, m: float(m["piston_2_slide"][0]), 1e-9, "knuckle and rod, Pythagoras"),
+        Outside("stroke of the master piston", "m", lambda p: 2 * p.crank,
+                lambda p, m: float(m["piston_1_slide"][0] - m["piston_1_slide"][12]), 1e-9, "twice the crank"),
+        Outside("piston 2 with the crank upright", "m", second, lambda p, m: float(m["piston_2_slide"][0]), 1e-9,
+                "knuckle and rod, Pythagoras"),
     ),
-    chain="R + n RRP", formulas="Dyads RRP, the first one carries the pins of the others.", sources=("Artobolevsky, Mechanisms in Modern Engineering Design II",),
+    chain="R + n RRP", formulas="Dyads RRP, the first one carries the pins of the others.",
+    sources=("Artobolevsky, Mechanisms in Modern Engineering Design II",),
 )  # fmt: skip

@@ -5,10 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import Bars, farthest, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, farthest, parameter, planar_entry
 
 
 @dataclass(frozen=True)
@@ -36,14 +33,18 @@ def reach(p: Parameters, t: float) -> float:
 
 
 ENTRY = planar_entry(
-    "rhombic_drive", "Rhombic drive", "engine", summary="Four equal rods between two geared cranks: piston and displacer in line, out of phase.",
-    use="Stirling engines with a sealed crankcase, fully balanced.", origin="Rolf Meijer, Philips, 1953", parameters=Parameters, linkage=linkage,
-    path=lambda p: {"left_angle": (0.0, 2 * math.pi)}, width=lambda p: 0.3 * p.crank, points=("piston", "displacer"), sliders=("crank", "rod"),
-    plots=(PlotRecipe("piston and displacer", ("piston_z", "displacer_z")),),
+    "rhombic_drive", "Rhombic drive", "engine",
+    summary="Four equal rods between two geared cranks: piston and displacer in line, out of phase.",
+    use="Stirling engines with a sealed crankcase, fully balanced.", origin="Rolf Meijer, Philips, 1953", parameters=Parameters,
+    linkage=linkage, path=lambda p: {"left_angle": (0.0, 2 * math.pi)}, width=lambda p: 0.3 * p.crank, points=("piston", "displacer"),
+    sliders=("crank", "rod"), plots=(PlotRecipe("piston and displacer", ("piston_z", "displacer_z")),),
     outside=(
-        Outside("piston with the cranks upright", "m", lambda p: p.crank + reach(p, 0.5 * math.pi), lambda p, m: float(m["piston_z"][6]), 1e-9, "rhombus"),
-        Outside("gap from piston to displacer with the cranks inward", "m", lambda p: 2 * reach(p, 0.0), lambda p, m: float(m["piston_z"][0] - m["displacer_z"][0]), 1e-9, "rhombus"),
+        Outside("piston with the cranks upright", "m", lambda p: p.crank + reach(p, 0.5 * math.pi), lambda p, m: float(m["piston_z"][6]),
+                1e-9, "rhombus"),
+        Outside("gap from piston to displacer with the cranks inward", "m", lambda p: 2 * reach(p, 0.0),
+                lambda p, m: float(m["piston_z"][0] - m["displacer_z"][0]), 1e-9, "rhombus"),
         Outside("side motion of the piston", "m", lambda p: 0.0, lambda p, m: farthest(m["piston_x"], 0.0), 1e-9, "symmetry"),
     ),
-    chain="R, gears, 2 RRR", formulas="z = crank sin t +- sqrt(rod2 - (half - crank cos t)2).", sources=("Meijer, Der Philips-Stirlingmotor, MTZ 29, 1968",),
+    chain="R, gears, 2 RRR", formulas="z = crank sin t +- sqrt(rod2 - (half - crank cos t)2).",
+    sources=("Meijer, Der Philips-Stirlingmotor, MTZ 29, 1968",),
 )  # fmt: skip

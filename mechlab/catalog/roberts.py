@@ -5,10 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import Bars, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, parameter, planar_entry
 
 
 @dataclass(frozen=True)
@@ -36,13 +33,16 @@ def ends(p: Parameters) -> dict[str, tuple[float, float]]:
 
 
 ENTRY = planar_entry(
-    "roberts", "Roberts' linkage", "straight-line", summary="Four-bar whose coupler apex goes from pivot to pivot, nearly along the line between them.",
-    use="A straight guide with a stroke as long as its base.", origin="Richard Roberts, before 1841", parameters=Parameters, linkage=linkage,
-    path=ends, width=lambda p: 0.06 * p.ground, links=("coupler", "right"), points=("P",), sliders=("ground", "crank"),
+    "roberts", "Roberts' linkage", "straight-line",
+    summary="Four-bar whose coupler apex goes from pivot to pivot, nearly along the line between them.",
+    use="A straight guide with a stroke as long as its base.", origin="Richard Roberts, before 1841", parameters=Parameters,
+    linkage=linkage, path=ends, width=lambda p: 0.06 * p.ground, links=("coupler", "right"), points=("P",), sliders=("ground", "crank"),
     plots=(PlotRecipe("apex of the coupler", ("P_x", "P_z")),),
     outside=(
-        Outside("stroke of P between the ends", "m", lambda p: p.ground, lambda p, m: float(m["P_x"][0] - m["P_x"][-1]), 1e-9, "P stands in D, then in O"),
-        Outside("height of P at the ends", "m", lambda p: 0.0, lambda p, m: float(max(m["P_z"][[0, -1]], key=abs)), 1e-9, "P stands in D, then in O"),
+        Outside("stroke of P between the ends", "m", lambda p: p.ground, lambda p, m: float(m["P_x"][0] - m["P_x"][-1]), 1e-9,
+                "P stands in D, then in O"),
+        Outside("height of P at the ends", "m", lambda p: 0.0, lambda p, m: float(max(m["P_z"][[0, -1]], key=abs)), 1e-9,
+                "P stands in D, then in O"),
     ),
     chain="R + RRR", formulas="Dyad RRR; P below the middle of A-B.", sources=("Kempe, How to Draw a Straight Line, 1877",),
 )  # fmt: skip

@@ -7,12 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
 from mechlab.kit.compass import meet
 from mechlab.kit.in_world import InWorld
 from mechlab.kit.legs import circle, platform, thirds
-from mechlab.kit.short import builder_entry
+from mechlab.kit.short import Outside, PlotRecipe, builder_entry, parameter
 from mechlab.mechanism import Mechanism, revolute
 
 
@@ -57,12 +55,17 @@ def lower(p: Parameters, tilt: float) -> float:
 
 DRIVES = ("lower_1_angle", "lower_2_angle", "lower_3_angle")
 ENTRY = builder_entry(
-    "rrs3", "3-RRS platform", "parallel-robot", summary="Three legs with a hinge, a knee and a ball: lift and two tilts, with a small parasitic shift.", use="Ball balancing tables, tilting heads.",
-    origin="Kenneth Hunt, 1983", parameters=Parameters, build=build, drives=DRIVES, sliders=("height", "lower"), plots=(PlotRecipe("drives", DRIVES),),
+    "rrs3", "3-RRS platform", "parallel-robot",
+    summary="Three legs with a hinge, a knee and a ball: lift and two tilts, with a small parasitic shift.",
+    use="Ball balancing tables, tilting heads.", origin="Kenneth Hunt, 1983", parameters=Parameters, build=build, drives=DRIVES,
+    sliders=("height", "lower"), plots=(PlotRecipe("drives", DRIVES),),
     path=lambda p: {"platform_z": (0.0, 0.03), "platform_roll": (0.0, 0.0), "platform_pitch": (0.0, 0.2)},
     outside=(
-        Outside("drive 1 at the end, lifted and tilted", "rad", lambda p: lower(p, 0.2), lambda p, m: float(m["lower_1_angle"][-1]), 1e-9, "compasses and the parasitic shift of Carretero et al. 2000"),
-        Outside("parasitic shift at the end", "m", lambda p: -0.5 * p.platform * (1 - math.cos(0.2)), lambda p, m: float(m["platform_x"][-1]), 1e-9, "Carretero et al., J. Mech. Design 122, 2000"),
+        Outside("drive 1 at the end, lifted and tilted", "rad", lambda p: lower(p, 0.2), lambda p, m: float(m["lower_1_angle"][-1]),
+                1e-9, "compasses and the parasitic shift of Carretero et al. 2000"),
+        Outside("parasitic shift at the end", "m", lambda p: -0.5 * p.platform * (1 - math.cos(0.2)),
+                lambda p, m: float(m["platform_x"][-1]), 1e-9, "Carretero et al., J. Mech. Design 122, 2000"),
     ),
-    chain="3 R R S", formulas="x = -r (1 - cos tilt) / 2 for a tilt about y.", sources=("Carretero, Podhorodeski, Nahon, Gosselin, Kinematic analysis of a new 3-DOF spatial parallel manipulator, 2000",),
+    chain="3 R R S", formulas="x = -r (1 - cos tilt) / 2 for a tilt about y.",
+    sources=("Carretero, Podhorodeski, Nahon, Gosselin, Kinematic analysis of a new 3-DOF spatial parallel manipulator, 2000",),
 )  # fmt: skip

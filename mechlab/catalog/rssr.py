@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
 from mechlab.kit.in_world import InWorld
-from mechlab.kit.short import builder_entry
+from mechlab.kit.short import PlotRecipe, builder_entry, parameter, value_at
 from mechlab.mechanism import Mechanism, revolute, spherical
 
 
@@ -45,13 +44,12 @@ def build(p: Parameters) -> Mechanism:
 
 
 ENTRY = builder_entry(
-    "rssr", "Spatial four-bar RSSR", "spatial-loop", summary="Crossed crank and rocker, a rod with two balls that also spins on its own.", use="Steering, linkages of cars and aircraft.",
-    origin="analysed by Dimentberg, 1948", parameters=Parameters, build=build, path=lambda p: {"crank_angle": (0.0, 2 * math.pi)}, sliders=("rod", "rocker"),
-    plots=(PlotRecipe("rocker", ("rocker_angle",)),),
+    "rssr", "Spatial four-bar RSSR", "spatial-loop", summary="Crossed crank and rocker, a rod with two balls that also spins on its own.",
+    use="Steering, linkages of cars and aircraft.", origin="analysed by Dimentberg, 1948", parameters=Parameters, build=build,
+    path=lambda p: {"crank_angle": (0.0, 2 * math.pi)}, sliders=("rod", "rocker"), plots=(PlotRecipe("rocker", ("rocker_angle",)),),
     outside=tuple(
-        Outside(f"rocker angle with the crank at {90 * k} degrees", "rad", lambda p, k=k: rocker_angle(p, 0.5 * math.pi * k),  # type: ignore[misc]
-                lambda p, m, k=k: float(m["rocker_angle"][6 * k]), 1e-9, "distance of the two balls")  # type: ignore[misc]
-        for k in (1, 3)
+        value_at("rocker_angle", partial(rocker_angle, t=0.5 * math.pi * k), "distance of the two balls", 6 * k, unit="rad") for k in (1,
+                3)
     ),
     chain="R S S R", formulas="|rocker end - crank end| = rod.", sources=("Hunt, Kinematic Geometry of Mechanisms, 1978",),
 )  # fmt: skip

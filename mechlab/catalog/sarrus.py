@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
 from mechlab.kit.in_world import InWorld
-from mechlab.kit.short import builder_entry, farthest
+from mechlab.kit.short import Outside, PlotRecipe, builder_entry, farthest, parameter
 from mechlab.mechanism import Mechanism, revolute
 
 
@@ -29,7 +27,8 @@ def build(p: Parameters) -> Mechanism:
     w.stand((r, 0, 0), (0, r, 0))
     w.link("lower_1", revolute("lift", "-y", zero=p.low), at=(r, 0, 0), to=[(r + out, 0, up)])
     w.link("upper_1", revolute("knee_1", "-y"), at=(r + out, 0, up), to=[(r, 0, 2 * up)], parent="lower_1")
-    w.link("platform", revolute("top_1", "-y"), at=(r, 0, 2 * up), to=[(0, r, 2 * up), (-r, 0, 2 * up), (0, -r, 2 * up)], parent="upper_1")
+    w.link("platform", revolute("top_1", "-y"), at=(r, 0, 2 * up), to=[(0, r, 2 * up), (-r, 0, 2 * up), (0, -r, 2 * up)],
+           parent="upper_1")
     w.link("lower_2", revolute("base_2", "x"), at=(0, r, 0), to=[(0, r + out, up)])
     w.link("upper_2", revolute("knee_2", "x"), at=(0, r + out, up), to=[(0, r, 2 * up)], parent="lower_2")
     w.close("top_2", "platform", "upper_2", (0, r, 2 * up), "revolute", (1, 0, 0))
@@ -38,13 +37,19 @@ def build(p: Parameters) -> Mechanism:
 
 
 ENTRY = builder_entry(
-    "sarrus", "Sarrus linkage", "straight-line", summary="Two chains of hinges at right angles: the platform goes exactly straight, without a slide.",
-    use="Lifting tables, suspensions, pop-up structures; the first exact straight line.", origin="Pierre-Frederic Sarrus, 1853", parameters=Parameters,
-    build=build, path=lambda p: {"lift": (p.low, p.high)}, sliders=("plate",), plots=(PlotRecipe("platform", ("P_z",)),),
+    "sarrus", "Sarrus linkage", "straight-line",
+    summary="Two chains of hinges at right angles: the platform goes exactly straight, without a slide.",
+    use="Lifting tables, suspensions, pop-up structures; the first exact straight line.", origin="Pierre-Frederic Sarrus, 1853",
+    parameters=Parameters, build=build, path=lambda p: {"lift": (p.low, p.high)}, sliders=("plate",),
+    plots=(PlotRecipe("platform", ("P_z",)),),
     outside=(
-        Outside("height, raised", "m", lambda p: 2 * p.plate * math.sin(p.high), lambda p, m: float(m["P_z"][-1]), 1e-9, "2 plate sin(angle)"),
-        Outside("side motion along the path", "m", lambda p: 0.0, lambda p, m: farthest(abs(m["P_x"]) + abs(m["P_y"]), 0.0), 1e-9, "Sarrus 1853: a straight line"),
-        Outside("lift speed over turn speed, raised", "m", lambda p: 2 * p.plate * math.cos(p.high), lambda p, m: float(m["P_z_rate"][-1] / m["lift_rate"][-1]), 1e-9, "2 plate cos(angle)"),
+        Outside("height, raised", "m", lambda p: 2 * p.plate * math.sin(p.high), lambda p, m: float(m["P_z"][-1]), 1e-9,
+                "2 plate sin(angle)"),
+        Outside("side motion along the path", "m", lambda p: 0.0, lambda p, m: farthest(abs(m["P_x"]) + abs(m["P_y"]), 0.0), 1e-9,
+                "Sarrus 1853: a straight line"),
+        Outside("lift speed over turn speed, raised", "m", lambda p: 2 * p.plate * math.cos(p.high),
+                lambda p, m: float(m["P_z_rate"][-1] / m["lift_rate"][-1]), 1e-9, "2 plate cos(angle)"),
     ),
-    chain="6 R, overconstrained", formulas="height = 2 plate sin(angle).", sources=("Sarrus, Note sur la transformation des mouvements, C. R. Acad. Sci. 36, 1853",),
+    chain="6 R, overconstrained", formulas="height = 2 plate sin(angle).",
+    sources=("Sarrus, Note sur la transformation des mouvements, C. R. Acad. Sci. 36, 1853",),
 )  # fmt: skip

@@ -7,11 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
 from mechlab.kit.in_world import InWorld
 from mechlab.kit.legs import circle, thirds
-from mechlab.kit.short import builder_entry, farthest
+from mechlab.kit.short import Outside, PlotRecipe, builder_entry, farthest, parameter
 from mechlab.mechanism import Mechanism, revolute
 
 
@@ -42,11 +40,15 @@ def build(p: Parameters) -> Mechanism:
 
 
 ENTRY = builder_entry(
-    "schmidt", "Schmidt coupling", "coupling", summary="Three discs with parallel links: equal turn of shafts with a large offset.", use="Rolling mills and printing rollers that shift while they run.",
-    origin="Richard Schmidt, 1963", parameters=Parameters, build=build, path=lambda p: {"driver_angle": (0.0, 1.0)}, sliders=("offset", "link"), plots=(PlotRecipe("middle disc", ("M_x", "M_y")),),
+    "schmidt", "Schmidt coupling", "coupling", summary="Three discs with parallel links: equal turn of shafts with a large offset.",
+    use="Rolling mills and printing rollers that shift while they run.", origin="Richard Schmidt, 1963", parameters=Parameters,
+    build=build, path=lambda p: {"driver_angle": (0.0, 1.0)}, sliders=("offset", "link"),
+    plots=(PlotRecipe("middle disc", ("M_x", "M_y")),),
     outside=(
-        Outside("follower against driver", "rad", lambda p: 0.0, lambda p, m: farthest(m["follower_angle"] - m["driver_angle"], 0.0), 1e-9, "parallelograms"),
-        Outside("the middle disc stays where it is", "m", lambda p: 0.5 * p.offset, lambda p, m: farthest(m["M_x"], 0.5 * p.offset), 1e-9, "links of equal length: isosceles triangle"),
+        Outside("follower against driver", "rad", lambda p: 0.0, lambda p, m: farthest(m["follower_angle"] - m["driver_angle"], 0.0),
+                1e-9, "parallelograms"),
+        Outside("the middle disc stays where it is", "m", lambda p: 0.5 * p.offset, lambda p, m: farthest(m["M_x"], 0.5 * p.offset),
+                1e-9, "links of equal length: isosceles triangle"),
     ),
     chain="R, 2 x 3 links, R", formulas="follower = driver.", sources=("Schmidt, US patent 3242694, 1966",),
 )  # fmt: skip

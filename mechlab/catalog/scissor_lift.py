@@ -5,10 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import Bars, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, parameter, planar_entry
 
 
 @dataclass(frozen=True)
@@ -42,13 +39,16 @@ def top(p: Parameters) -> str:
 
 ENTRY = planar_entry(
     "scissor_lift", "Scissor lift", "lift", summary="Crossed bars in n stages: a long straight lift from a short base.",
-    use="Lifting tables and platforms, extending mirrors, lazy tongs.", origin="lazy tongs, 18th century; lift table by Larry Murphy, 1963",
-    parameters=Parameters, linkage=linkage, path=lambda p: {"bar_angle": (p.low, p.high)}, width=lambda p: 0.05 * p.bar, slides=("foot",),
-    links=("back_1",), points=("right_1", "left_1"), sliders=("bar", "low"), plots=(PlotRecipe("foot", ("foot_slide",)),),
+    use="Lifting tables and platforms, extending mirrors, lazy tongs.",
+    origin="lazy tongs, 18th century; lift table by Larry Murphy, 1963", parameters=Parameters, linkage=linkage,
+    path=lambda p: {"bar_angle": (p.low, p.high)}, width=lambda p: 0.05 * p.bar, slides=("foot",), links=("back_1",),
+    points=("right_1", "left_1"), sliders=("bar", "low"), plots=(PlotRecipe("foot", ("foot_slide",)),),
     outside=(
-        Outside("height, raised", "m", lambda p: p.stages * p.bar * math.sin(p.high), lambda p, m: float(m[f"{top(p)}_z"][-1]), 1e-9, "n bar sin(angle)"),
+        Outside("height, raised", "m", lambda p: p.stages * p.bar * math.sin(p.high), lambda p, m: float(m[f"{top(p)}_z"][-1]), 1e-9,
+                "n bar sin(angle)"),
         Outside("lift for a small step of the foot: -n cot(angle), raised", "", lambda p: -p.stages / math.tan(p.high),
-                lambda p, m: float(m[f"{top(p)}_z_rate"][-1] / m["foot_slide_rate"][-1]), 1e-9, "foot bar cos(angle), top n bar sin(angle)"),
+                lambda p, m: float(m[f"{top(p)}_z_rate"][-1] / m["foot_slide_rate"][-1]), 1e-9,
+                "foot bar cos(angle), top n bar sin(angle)"),
     ),
     chain="R + RRP + RRR ...", formulas="height = n bar sin(angle).", sources=("Norton, Design of Machinery",),
 )  # fmt: skip

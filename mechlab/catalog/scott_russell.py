@@ -5,10 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import Bars, farthest, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, farthest, parameter, planar_entry
 
 
 @dataclass(frozen=True)
@@ -30,14 +27,18 @@ def linkage(p: Parameters) -> Linkage:
 
 
 ENTRY = planar_entry(
-    "scott_russell", "Scott Russell linkage", "straight-line", summary="Crank as long as half the rod: its free end goes exactly straight, at right angles to the slide.",
-    use="Exact straight guide of a press or an instrument from one slide.", origin="William Freemantle, 1803; named after John Scott Russell",
-    parameters=Parameters, linkage=linkage, width=lambda p: 0.08 * p.crank, path=lambda p: {"crank_angle": (-p.swing, p.swing)},
-    links=("rod",), points=("P",), slides=("B",), sliders=("crank",), plots=(PlotRecipe("free end", ("P_x", "P_z")),),
+    "scott_russell", "Scott Russell linkage", "straight-line",
+    summary="Crank as long as half the rod: its free end goes exactly straight, at right angles to the slide.",
+    use="Exact straight guide of a press or an instrument from one slide.",
+    origin="William Freemantle, 1803; named after John Scott Russell", parameters=Parameters, linkage=linkage,
+    width=lambda p: 0.08 * p.crank, path=lambda p: {"crank_angle": (-p.swing, p.swing)}, links=("rod",), points=("P",), slides=("B",),
+    sliders=("crank",), plots=(PlotRecipe("free end", ("P_x", "P_z")),),
     outside=(
         # O, B, P lie on a circle about A, and B-P is its diameter: the angle B-O-P is right
-        Outside("P stays on the line through O across the slide", "m", lambda p: 0.0, lambda p, m: farthest(m["P_x"], 0.0), 1e-9, "Thales' theorem"),
-        Outside("height of P at the end", "m", lambda p: 2 * p.crank * math.sin(p.swing), lambda p, m: float(m["P_z"][-1]), 1e-9, "twice that of A"),
+        Outside("P stays on the line through O across the slide", "m", lambda p: 0.0, lambda p, m: farthest(m["P_x"], 0.0), 1e-9,
+                "Thales' theorem"),
+        Outside("height of P at the end", "m", lambda p: 2 * p.crank * math.sin(p.swing), lambda p, m: float(m["P_z"][-1]), 1e-9,
+                "twice that of A"),
     ),
     chain="R + RRP", formulas="Dyad RRP; P on the line B-A beyond A.", sources=("Dunkerley, Mechanism, 1905",),
 )  # fmt: skip

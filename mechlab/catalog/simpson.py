@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import builder_entry, ratio
+from mechlab.kit.short import Outside, PlotRecipe, builder_entry, parameter, ratio
 from mechlab.kit.train import Train
 from mechlab.mechanism import Mechanism
 
@@ -42,9 +40,12 @@ def willis(p: Parameters) -> float:
 
 
 ENTRY = builder_entry(
-    "simpson", "Simpson train", "gear-train", summary="Two equal stages share a sun: three forward gears and reverse from two clutches and two brakes.",
+    "simpson", "Simpson train", "gear-train",
+    summary="Two equal stages share a sun: three forward gears and reverse from two clutches and two brakes.",
     use="The automatic gearbox of most cars from 1955 to 1985.", origin="Howard Simpson, 1950", parameters=Parameters, build=build,
     path=lambda p: {"sun" if p.gear == "R" else "ring_1": (0.0, 2 * math.pi)}, plots=(PlotRecipe("output", ("arm_1_rate",)),),
-    outside=(Outside("ratio of the engaged gear", "", willis, lambda p, m: ratio(m, "sun" if p.gear == "R" else "ring_1", "arm_1"), 1e-9, "Willis 1841; 2 + e, 1 + e, -1 / e"),),
-    chain="planetary, 2 meshes each", formulas="w_sun - w_arm = -(ring / sun) (w_ring - w_arm) in both stages.", sources=("Simpson, US patent 2518825, 1950",),
+    outside=(Outside("ratio of the engaged gear", "", willis, lambda p, m: ratio(m, "sun" if p.gear == "R" else "ring_1", "arm_1"), 1e-9,
+                     "Willis 1841; 2 + e, 1 + e, -1 / e"),),
+    chain="planetary, 2 meshes each", formulas="w_sun - w_arm = -(ring / sun) (w_ring - w_arm) in both stages.",
+    sources=("Simpson, US patent 2518825, 1950",),
 )  # fmt: skip

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import builder_entry
+from mechlab.kit.short import Outside, PlotRecipe, builder_entry, parameter
 from mechlab.kit.train import Train
 from mechlab.mechanism import Mechanism
 
@@ -32,12 +30,16 @@ def build(p: Parameters) -> Mechanism:
 
 
 ENTRY = builder_entry(
-    "spur_differential", "Parallel-axis differential", "gear-train", summary="Spur gears only: planets in pairs between two suns, the cage has the mean of both.",
-    use="Limited-slip differentials (with helical teeth), synchronised hoists.", origin="Vernon Gleasman's Torsen, 1958; type 2 about 1990", parameters=Parameters,
-    build=build, path=lambda p: {"cage": (0.0, 2.0), "left": (0.0, 0.5)}, plots=(PlotRecipe("wheels", ("left_rate", "right_rate")),),
+    "spur_differential", "Parallel-axis differential", "gear-train",
+    summary="Spur gears only: planets in pairs between two suns, the cage has the mean of both.",
+    use="Limited-slip differentials (with helical teeth), synchronised hoists.",
+    origin="Vernon Gleasman's Torsen, 1958; type 2 about 1990", parameters=Parameters, build=build,
+    path=lambda p: {"cage": (0.0, 2.0), "left": (0.0, 0.5)}, plots=(PlotRecipe("wheels", ("left_rate", "right_rate")),),
     outside=(
-        Outside("turn of the right wheel at the end", "rad", lambda p: 3.5, lambda p, m: float(m["right"][-1]), 1e-9, "left + right = 2 cage"),
-        Outside("turn of the left planet in the cage", "rad", lambda p: 1.5 * p.sun / p.planet, lambda p, m: float(m["planet_left"][-1]), 1e-9, "-(left - cage) sun / planet"),
+        Outside("turn of the right wheel at the end", "rad", lambda p: 3.5, lambda p, m: float(m["right"][-1]), 1e-9,
+                "left + right = 2 cage"),
+        Outside("turn of the left planet in the cage", "rad", lambda p: 1.5 * p.sun / p.planet, lambda p, m: float(m["planet_left"][-1]),
+                1e-9, "-(left - cage) sun / planet"),
     ),
     chain="cage, 3 external meshes", formulas="left + right = 2 cage.", sources=("Merritt, Gear Trains, 1947",),
 )  # fmt: skip

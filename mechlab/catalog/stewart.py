@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
 from mechlab.kit.in_world import InWorld
-from mechlab.kit.legs import platform, telescope
-from mechlab.kit.short import builder_entry
+from mechlab.kit.legs import platform, telescope, turned
+from mechlab.kit.short import PlotRecipe, builder_entry, parameter, value_at
 from mechlab.mechanism import Mechanism
 
 
@@ -30,7 +29,8 @@ def joints(p: Parameters) -> tuple[np.ndarray, np.ndarray]:
     turns = np.radians([0, 0, 120, 120, 240, 240])
     below = turns + p.spread * np.array([-1, 1] * 3)
     above = turns + np.array([-1, 1] * 3) * (math.pi / 3 - p.spread)
-    return tuple(r * np.column_stack([np.cos(a), np.sin(a), 0 * a]) for r, a in ((p.base, below), (p.platform, above)))  # type: ignore[return-value]
+    return tuple(r * np.column_stack([np.cos(a), np.sin(a), 0 * a]) for r,
+                 a in ((p.base, below), (p.platform, above)))  # type: ignore[return-value]
 
 
 def build(p: Parameters) -> Mechanism:
@@ -46,17 +46,16 @@ def build(p: Parameters) -> Mechanism:
 def length(p: Parameters, k: int) -> float:
     """Length of leg k at the end of the path: |place + Rx(roll) Ry(pitch) b - a|."""
     below, above = joints(p)
-    c, s, d, t = math.cos(END["platform_roll"]), math.sin(END["platform_roll"]), math.cos(END["platform_pitch"]), math.sin(END["platform_pitch"])
-    turn = np.array([[1, 0, 0], [0, c, -s], [0, s, c]]) @ np.array([[d, 0, t], [0, 1, 0], [-t, 0, d]])
     place = np.array([END["platform_x"], 0.0, p.height + END["platform_z"]])
-    return float(np.linalg.norm(place + turn @ above[k - 1] - below[k - 1]))
+    return float(np.linalg.norm(place + turned(END["platform_roll"], END["platform_pitch"]) @ above[k - 1] - below[k - 1]))
 
 
 END = {"platform_x": 0.05, "platform_y": 0.0, "platform_z": 0.04, "platform_roll": 0.15, "platform_pitch": -0.1, "platform_yaw": 0.0}
 ENTRY = builder_entry(
-    "stewart", "Gough-Stewart platform", "parallel-robot", summary="Six legs of changing length: a stiff platform with six freedoms.", use="Flight simulators, machine tools, telescopes.",
-    origin="Eric Gough, 1954; D. Stewart, 1965", parameters=Parameters, build=build, path=lambda p: {n: (0.0, x) for n, x in END.items()},
-    drives=tuple(f"length_{k}" for k in range(1, 7)), duration=2.0, sliders=("height", "spread"), plots=(PlotRecipe("legs", tuple(f"length_{k}" for k in range(1, 7))),),
-    outside=tuple(Outside(f"length of leg {k} at the end", "m", lambda p, k=k: length(p, k), lambda p, m, k=k: float(m[f"length_{k}"][-1]), 1e-9, "inverse kinematics: distance of its joints") for k in (1, 4)),  # type: ignore[misc]
+    "stewart", "Gough-Stewart platform", "parallel-robot", summary="Six legs of changing length: a stiff platform with six freedoms.",
+    use="Flight simulators, machine tools, telescopes.", origin="Eric Gough, 1954; D. Stewart, 1965", parameters=Parameters, build=build,
+    path=lambda p: {n: (0.0, x) for n, x in END.items()}, drives=tuple(f"length_{k}" for k in range(1, 7)), duration=2.0,
+    sliders=("height", "spread"), plots=(PlotRecipe("legs", tuple(f"length_{k}" for k in range(1, 7))),),
+    outside=tuple(value_at(f"length_{k}", partial(length, k=k), "inverse kinematics: distance of its joints") for k in (1, 4)),
     chain="6 U P S", formulas="leg = |place + R b - a|.", sources=("Merlet, Parallel Robots, 2006",),
 )  # fmt: skip

@@ -7,10 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import Bars, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, parameter, planar_entry
 
 
 @dataclass(frozen=True)
@@ -35,16 +32,19 @@ def linkage(p: Parameters) -> Linkage:
 
 
 ENTRY = planar_entry(
-    "toggle_press", "Toggle press", "press", summary="Crank, rod and knee: near the straight knee a small force moves the ram with a large one.",
+    "toggle_press", "Toggle press", "press",
+    summary="Crank, rod and knee: near the straight knee a small force moves the ram with a large one.",
     use="Presses, crushers, clamps, injection moulding machines.", origin="the knee lever is old; printing presses from about 1800",
     parameters=Parameters, linkage=linkage, path=lambda p: {"crank_angle": (0.0, 2 * math.pi)}, width=lambda p: 0.1 * p.link,
     links=("rod", "upper", "lower"), points=("K",), slides=("F",), sliders=("crank", "rod"), plots=(PlotRecipe("ram", ("F_slide",)),),
     outside=(
         # isosceles triangle Q-K-F: F = 2 link cos(angle of the upper link to the column), F' = -2 link sin(...) times its rate
         Outside("ram against the knee angle, largest misfit", "m", lambda p: 0.0,
-                lambda p, m: float(np.max(np.abs(m["F_slide"] - 2 * p.link * np.cos(m["upper_angle"] + np.pi / 2)))), 1e-9, "isosceles triangle Q-K-F"),
+                lambda p, m: float(np.max(np.abs(m["F_slide"] - 2 * p.link * np.cos(m["upper_angle"] + np.pi / 2)))), 1e-9,
+                "isosceles triangle Q-K-F"),
         Outside("speed of the ram over that of the knee angle, at the start", "m", lambda p: 1.0,
-                lambda p, m: float(m["F_slide_rate"][3] / (-2 * p.link * np.sin(m["upper_angle"][3] + np.pi / 2) * m["upper_angle_rate"][3])), 1e-9, "derivative of the same"),
+                lambda p, m: float(m["F_slide_rate"][3] / (-2 * p.link * np.cos(m["upper_angle"][3]) * m["upper_angle_rate"][3])),
+                1e-9, "derivative of the same"),
     ),
     chain="R + RRR + RRP", formulas="Dyads RRR and RRP.", sources=("Artobolevsky, Mechanisms in Modern Engineering Design II",),
 )  # fmt: skip

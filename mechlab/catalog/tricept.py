@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
 from mechlab.kit.in_world import InWorld
-from mechlab.kit.legs import circle, telescope, thirds
-from mechlab.kit.short import builder_entry
+from mechlab.kit.legs import circle, telescope, thirds, turned
+from mechlab.kit.short import PlotRecipe, builder_entry, parameter, value_at
 from mechlab.mechanism import Inertia, Mechanism, prismatic, revolute
 
 
@@ -37,18 +35,16 @@ def build(p: Parameters) -> Mechanism:
 
 def length(p: Parameters, k: int) -> float:
     """Leg k (0 to 2) at the end: |Rx(tilt_x) Ry(tilt_y) (b - (0, 0, column)) - a|."""
-    x, y, column = END["tilt_x"], END["tilt_y"], p.depth + END["column"]
-    b = circle(p.platform, thirds())[k] - [0, 0, column]
-    b = np.array([math.cos(y) * b[0] + math.sin(y) * b[2], b[1], -math.sin(y) * b[0] + math.cos(y) * b[2]])
-    b = np.array([b[0], math.cos(x) * b[1] - math.sin(x) * b[2], math.sin(x) * b[1] + math.cos(x) * b[2]])
+    b = turned(END["tilt_x"], END["tilt_y"]) @ (circle(p.platform, thirds())[k] - [0, 0, p.depth + END["column"]])
     return float(np.linalg.norm(b - circle(p.base, thirds())[k]))
 
 
 END, LEGS = {"tilt_x": 0.2, "tilt_y": -0.15, "column": 0.08}, ("length_1", "length_2", "length_3")
 ENTRY = builder_entry(
-    "tricept", "Tricept", "parallel-robot", summary="Three driven legs and a passive column: a stiff arm with three freedoms.", use="Machining and riveting of aircraft parts.",
-    origin="Karl-Erik Neumann, 1985", parameters=Parameters, build=build, path=lambda p: {n: (p.depth, p.depth + x) if n == "column" else (0.0, x) for n, x in END.items()},
-    drives=LEGS, sliders=("depth", "base"), plots=(PlotRecipe("legs", LEGS),),
-    outside=tuple(Outside(f"leg {k + 1} at the end", "m", lambda p, k=k: length(p, k), lambda p, m, k=k: float(m[f"length_{k + 1}"][-1]), 1e-9, "distance of its joints") for k in range(3)),  # type: ignore[misc]
-    chain="3 U P S + U P", formulas="leg = |R b - a|.", sources=("Neumann, US patent 4732525, 1988",),
+    "tricept", "Tricept", "parallel-robot", summary="Three driven legs and a passive column: a stiff arm with three freedoms.",
+    use="Machining and riveting of aircraft parts.", origin="Karl-Erik Neumann, 1985", parameters=Parameters, build=build,
+    path=lambda p: {n: (p.depth, p.depth + x) if n == "column" else (0.0, x) for n, x in END.items()}, drives=LEGS,
+    sliders=("depth", "base"), plots=(PlotRecipe("legs", LEGS),),
+    outside=tuple(value_at(f"length_{k + 1}", partial(length, k=k), "distance of its joints") for k in range(3)), chain="3 U P S + U P",
+    formulas="leg = |R b - a|.", sources=("Neumann, US patent 4732525, 1988",),
 )  # fmt: skip

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
 from mechlab.kit.in_world import InWorld
 from mechlab.kit.legs import circle, platform, thirds
-from mechlab.kit.short import builder_entry, farthest
+from mechlab.kit.short import Outside, PlotRecipe, builder_entry, farthest, parameter, value_at
 from mechlab.mechanism import Mechanism, prismatic, revolute
 
 
@@ -32,7 +31,8 @@ def build(p: Parameters) -> Mechanism:
         way, tangent = (b - a) / np.linalg.norm(b - a), np.cross((0, 0, 1), a) / p.base
         pin = np.cross(way, tangent)
         w.link(f"leg_{k}", revolute(f"leg_{k}_a", tangent.tolist()), revolute(f"leg_{k}_b", pin.tolist()), at=a, to=[a + 0.5 * (b - a)])
-        w.link(f"rod_{k}", prismatic(f"length_{k}", way.tolist(), zero=float(np.linalg.norm(b - a))), at=b, to=[a + 0.45 * (b - a)], parent=f"leg_{k}")
+        w.link(f"rod_{k}", prismatic(f"length_{k}", way.tolist(), zero=float(np.linalg.norm(b - a))), at=b, to=[a + 0.45 * (b - a)],
+               parent=f"leg_{k}")
         w.link(f"fork_{k}", revolute(f"fork_{k}_b", pin.tolist()), at=b, to=[b + 0.02 * tangent], parent=f"rod_{k}")
         w.close(f"pin_{k}", f"fork_{k}", "platform", b, "revolute", tangent).drive(f"length_{k}", stiffness=2e4, damping=200.0)
     return w.build()
@@ -45,12 +45,15 @@ def length(p: Parameters, k: int) -> float:
 
 END, LEGS = (0.06, -0.03, 0.05), ("length_1", "length_2", "length_3")
 ENTRY = builder_entry(
-    "upu3", "3-UPU robot", "parallel-robot", summary="Three telescopic legs with parallel pins: the platform translates and never turns.", use="Positioners; a textbook case of a constraint singularity.",
-    origin="Lung-Wen Tsai, 1996", parameters=Parameters, build=build, path=lambda p: {f"platform_{n}": (0.0, x) for n, x in zip("xyz", END, strict=True)}, drives=LEGS,
-    sliders=("height", "platform"), plots=(PlotRecipe("legs", LEGS),),
+    "upu3", "3-UPU robot", "parallel-robot", summary="Three telescopic legs with parallel pins: the platform translates and never turns.",
+    use="Positioners; a textbook case of a constraint singularity.", origin="Lung-Wen Tsai, 1996", parameters=Parameters, build=build,
+    path=lambda p: {f"platform_{n}": (0.0, x) for n, x in zip("xyz", END, strict=True)}, drives=LEGS, sliders=("height", "platform"),
+    plots=(PlotRecipe("legs", LEGS),),
     outside=(
-        *(Outside(f"leg {k + 1} at the end", "m", lambda p, k=k: length(p, k), lambda p, m, k=k: float(m[f"length_{k + 1}"][-1]), 1e-9, "distance of its joints") for k in (0, 1)),  # type: ignore[misc]
-        Outside("turn of the platform along the path", "rad", lambda p: 0.0, lambda p, m: farthest(abs(m["platform_roll"]) + abs(m["platform_yaw"]), 0.0), 1e-9, "Tsai 1996: parallel pins"),
+        *(value_at(f"length_{k + 1}", partial(length, k=k), "distance of its joints") for k in (0, 1)),
+        Outside("turn of the platform along the path", "rad", lambda p: 0.0,
+                lambda p, m: farthest(abs(m["platform_roll"]) + abs(m["platform_yaw"]), 0.0), 1e-9, "Tsai 1996: parallel pins"),
     ),
-    chain="3 U P U", formulas="leg = |place + b - a|.", sources=("Tsai, Kinematics of a three-DOF platform with three extensible limbs, ARK 1996",),
+    chain="3 U P U", formulas="leg = |place + b - a|.",
+    sources=("Tsai, Kinematics of a three-DOF platform with three extensible limbs, ARK 1996",),
 )  # fmt: skip

@@ -5,10 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import Bars, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, parameter, planar_entry
 
 
 @dataclass(frozen=True)
@@ -36,12 +33,15 @@ def piston(p: Parameters, t: float) -> float:
 
 
 ENTRY = planar_entry(
-    "v_engine", "V-engine", "engine", summary="Two connecting rods side by side on one pin, cylinders in a V.", use="Motorcycles, cars, compressors.",
-    origin="Gottlieb Daimler and Wilhelm Maybach, 1889", parameters=Parameters, linkage=linkage, path=lambda p: {"crank_angle": (0.0, 2 * math.pi)},
-    width=lambda p: 0.4 * p.crank, slides=("piston_1", "piston_2"), sliders=("rod", "angle"), plots=(PlotRecipe("pistons", ("piston_1_slide", "piston_2_slide")),),
+    "v_engine", "V-engine", "engine", summary="Two connecting rods side by side on one pin, cylinders in a V.",
+    use="Motorcycles, cars, compressors.", origin="Gottlieb Daimler and Wilhelm Maybach, 1889", parameters=Parameters, linkage=linkage,
+    path=lambda p: {"crank_angle": (0.0, 2 * math.pi)}, width=lambda p: 0.4 * p.crank, slides=("piston_1", "piston_2"),
+    sliders=("rod", "angle"), plots=(PlotRecipe("pistons", ("piston_1_slide", "piston_2_slide")),),
     outside=(
-        Outside("piston 1 with the crank at 0", "m", lambda p: piston(p, 0.5 * math.pi + 0.5 * p.angle), lambda p, m: float(m["piston_1_slide"][0]), 1e-9, "r cos t + sqrt(l2 - r2 sin2 t)"),
-        Outside("piston 2 with the crank upright", "m", lambda p: piston(p, 0.5 * p.angle), lambda p, m: float(m["piston_2_slide"][6]), 1e-9, "r cos t + sqrt(l2 - r2 sin2 t)"),
+        Outside("piston 1 with the crank at 0", "m", lambda p: piston(p, 0.5 * math.pi + 0.5 * p.angle),
+                lambda p, m: float(m["piston_1_slide"][0]), 1e-9, "r cos t + sqrt(l2 - r2 sin2 t)"),
+        Outside("piston 2 with the crank upright", "m", lambda p: piston(p, 0.5 * p.angle), lambda p, m: float(m["piston_2_slide"][6]),
+                1e-9, "r cos t + sqrt(l2 - r2 sin2 t)"),
     ),
     chain="R + 2 RRP", formulas="s = r cos t + sqrt(l2 - r2 sin2 t).", sources=("Heywood, Internal Combustion Engine Fundamentals, 2.2",),
 )  # fmt: skip

@@ -7,10 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import Bars, farthest, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, farthest, parameter, planar_entry
 
 
 @dataclass(frozen=True)
@@ -45,10 +42,10 @@ def sextic(p: Parameters, x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 ENTRY = planar_entry(
     "watt", "Watt's linkage", "straight-line", summary="Two levers and a coupler whose middle goes nearly straight.",
-    use="Guides the piston rod of a steam engine, today the axle of a car, without a sliding guide.",
-    origin="James Watt, 1784", parameters=Parameters, linkage=linkage, width=lambda p: 0.08 * p.lever,
-    path=lambda p: {"left_angle": tuple(math.atan2(0.5 * p.coupler, p.lever) + s * p.swing for s in (-1, 1))},
-    links=("coupler", "right"), points=("P",), sliders=("lever", "coupler"), plots=(PlotRecipe("middle of the coupler", ("P_x", "P_z")),),
+    use="Guides the piston rod of a steam engine, today the axle of a car, without a sliding guide.", origin="James Watt, 1784",
+    parameters=Parameters, linkage=linkage, width=lambda p: 0.08 * p.lever,
+    path=lambda p: {"left_angle": tuple(math.atan2(0.5 * p.coupler, p.lever) + s * p.swing for s in (-1, 1))}, links=("coupler", "right"),
+    points=("P",), sliders=("lever", "coupler"), plots=(PlotRecipe("middle of the coupler", ("P_x", "P_z")),),
     outside=(
         Outside("P lies on Watt's sextic: largest residual", "", lambda p: 0.0,
                 lambda p, m: farthest(sextic(p, m["P_x"], m["P_z"]), 0.0), 1e-12,

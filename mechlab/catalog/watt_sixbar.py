@@ -5,12 +5,10 @@ from __future__ import annotations
 import cmath
 import math
 from dataclasses import dataclass
+from functools import partial
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
 from mechlab.kit.compass import at, meet
-from mechlab.kit.short import Bars, planar_entry
+from mechlab.kit.short import Bars, Linkage, PlotRecipe, parameter, planar_entry, value_at
 
 
 @dataclass(frozen=True)
@@ -45,10 +43,12 @@ def output(p: Parameters, t: float) -> float:
 
 
 ENTRY = planar_entry(
-    "watt_sixbar", "Watt six-bar", "press", summary="Two four-bars in series: larger swings and better force transmission than one can give.", use="Presses, folding machines, wing flaps.",
-    origin="chains named after Watt and Stephenson: Burmester, 1888", parameters=Parameters, linkage=linkage, path=lambda p: {"crank_angle": (0.0, 2 * math.pi)}, width=lambda p: 0.12 * p.rocker,
-    links=("rocker", "output"), points=("C", "E"), sliders=("link", "arm"), plots=(PlotRecipe("output", ("output_angle",)),),
-    outside=tuple(Outside(f"output angle with the crank at {90 * k} degrees", "rad", lambda p, k=k: output(p, 0.5 * math.pi * k),  # type: ignore[misc]
-                          lambda p, m, k=k: float(m["output_angle"][6 * k]), 1e-9, "ruler and compasses") for k in (0, 1)),  # type: ignore[misc]
+    "watt_sixbar", "Watt six-bar", "press",
+    summary="Two four-bars in series: larger swings and better force transmission than one can give.",
+    use="Presses, folding machines, wing flaps.", origin="chains named after Watt and Stephenson: Burmester, 1888", parameters=Parameters,
+    linkage=linkage, path=lambda p: {"crank_angle": (0.0, 2 * math.pi)}, width=lambda p: 0.12 * p.rocker, links=("rocker", "output"),
+    points=("C", "E"), sliders=("link", "arm"), plots=(PlotRecipe("output", ("output_angle",)),),
+    outside=tuple(value_at("output_angle", partial(output, t=0.5 * math.pi * k), "ruler and compasses", 6 * k, unit="rad") for k in (0,
+            1)),
     chain="R + RRR + RRR", formulas="Two dyads RRR in series.", sources=("Norton, Design of Machinery, 2.14",),
 )  # fmt: skip

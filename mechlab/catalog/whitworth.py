@@ -5,10 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from mechlab.analytic.linkage import Linkage
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
-from mechlab.kit.short import Bars, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, parameter, planar_entry
 
 
 @dataclass(frozen=True)
@@ -32,21 +29,24 @@ def linkage(p: Parameters) -> Linkage:
 
 
 def slow(p: Parameters) -> float:
-    """Crank angle of the slow stroke, while A is above the level of Q: pi + 2 asin(eccentricity / crank)."""
+    """Crank angle of the slow stroke, while A is above the level of Q: pi + 2 asin(eccentricity / crank). At both
+    ends the lever lies along the bed and the ram stands still."""
     return math.pi + 2.0 * math.asin(p.eccentricity / p.crank)
 
 
 ENTRY = planar_entry(
-    "whitworth", "Whitworth quick return", "quick-return", summary="A crank drives a slotted lever about an eccentric pivot: slow stroke, quick return.",
+    "whitworth", "Whitworth quick return", "quick-return",
+    summary="A crank drives a slotted lever about an eccentric pivot: slow stroke, quick return.",
     use="Shaping and slotting machines: cuts slowly, comes back fast, with an even crank.", origin="Joseph Whitworth, about 1840",
     parameters=Parameters, linkage=linkage, width=lambda p: 0.16 * p.crank,
-    # the slow stroke of the ram: it stands still at both ends, where the lever lies along the bed
-    path=lambda p: {"crank_angle": (0.5 * (math.pi - slow(p)), 0.5 * (math.pi + slow(p)))},
-    links=("lever", "rod"), points=("E",), slides=("F",), sliders=("eccentricity", "arm"), plots=(PlotRecipe("ram", ("F_slide",)),),
+    path=lambda p: {"crank_angle": (0.5 * (math.pi - slow(p)), 0.5 * (math.pi + slow(p)))}, links=("lever", "rod"), points=("E",),
+    slides=("F",), sliders=("eccentricity", "arm"), plots=(PlotRecipe("ram", ("F_slide",)),),
     outside=(
-        Outside("stroke of the ram", "m", lambda p: 2 * p.arm, lambda p, m: float(m["F_slide"][-1] - m["F_slide"][0]), 1e-9, "lever along the bed at both ends"),
+        Outside("stroke of the ram", "m", lambda p: 2 * p.arm, lambda p, m: float(m["F_slide"][-1] - m["F_slide"][0]), 1e-9,
+                "lever along the bed at both ends"),
         Outside("ram at rest after the slow stroke: its rate over that in the middle", "", lambda p: 0.0,
-                lambda p, m: float(m["F_slide_rate"][-1] / m["F_slide_rate"][12]), 1e-9, "slow : quick = pi + 2 asin(e / r) : pi - 2 asin(e / r)"),
+                lambda p, m: float(m["F_slide_rate"][-1] / m["F_slide_rate"][12]), 1e-9,
+                "slow : quick = pi + 2 asin(e / r) : pi - 2 asin(e / r)"),
     ),
     chain="R + RPR + RRP", formulas="Dyads RPR and RRP.", sources=("Norton, Design of Machinery, 2.12",),
 )  # fmt: skip

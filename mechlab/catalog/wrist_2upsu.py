@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
-from mechlab.experiment.entry import Outside, PlotRecipe
-from mechlab.experiment.parameters import parameter
 from mechlab.kit.in_world import InWorld
-from mechlab.kit.legs import telescope
-from mechlab.kit.short import builder_entry
+from mechlab.kit.legs import telescope, turned
+from mechlab.kit.short import PlotRecipe, builder_entry, parameter, value_at
 from mechlab.mechanism import Inertia, Mechanism, revolute
 
 
@@ -34,7 +32,8 @@ def build(p: Parameters) -> Mechanism:
     """Shin fixed, foot on two pins."""
     w = InWorld("wrist_2upsu", 0.01, summary="wrist 2-UPS+U").stand((0, 0, 0), (0, 0, p.shin))
     foot = [revolute("roll", "x"), revolute("pitch", "y")]
-    w.link("foot", *foot, at=(0, 0, 0), to=[points(p, 1)[1], points(p, 2)[1], (0.1, 0, 0)], more=Inertia.box(0.8, 0.2, 0.08, 0.03, (0.04, 0, -0.03)))
+    w.link("foot", *foot, at=(0, 0, 0), to=[points(p, 1)[1], points(p, 2)[1], (0.1, 0, 0)],
+           more=Inertia.box(0.8, 0.2, 0.08, 0.03, (0.04, 0, -0.03)))
     for k in (1, 2):
         telescope(w, k, *points(p, k), "foot")
     return w.mark("toe", "foot", (0.1, 0, 0)).build()
@@ -43,16 +42,16 @@ def build(p: Parameters) -> Mechanism:
 def length(p: Parameters, k: int) -> float:
     """Leg k at the end: |Rx(roll) Ry(pitch) b - a|."""
     a, b = points(p, k)
-    x, y = END["roll"], END["pitch"]
-    b = np.array([math.cos(y) * b[0], b[1], -math.sin(y) * b[0]])
-    return float(np.linalg.norm([b[0], math.cos(x) * b[1] - math.sin(x) * b[2], math.sin(x) * b[1] + math.cos(x) * b[2]] - a))
+    return float(np.linalg.norm(turned(END["roll"], END["pitch"]) @ b - a))
 
 
 END = {"roll": 0.2, "pitch": 0.35}
 ENTRY = builder_entry(
-    "wrist_2upsu", "Parallel ankle 2-UPS+U", "parallel-robot", summary="Two linear drives side by side tilt a foot on a universal joint.", use="Ankles and wrists of humanoid robots.",
-    origin="humanoid robots since about 2000", parameters=Parameters, build=build, path=lambda p: {n: (0.0, x) for n, x in END.items()}, drives=("length_1", "length_2"),
-    sliders=("back", "side"), plots=(PlotRecipe("legs", ("length_1", "length_2")),),
-    outside=tuple(Outside(f"leg {k} at the end", "m", lambda p, k=k: length(p, k), lambda p, m, k=k: float(m[f"length_{k}"][-1]), 1e-9, "distance of its joints") for k in (1, 2)),  # type: ignore[misc]
-    chain="2 U P S + U", formulas="leg = |R b - a|.", sources=("Zhou, Tsagarakis, On the comprehensive kinematics analysis of a humanoid parallel ankle, 2018",),
+    "wrist_2upsu", "Parallel ankle 2-UPS+U", "parallel-robot", summary="Two linear drives side by side tilt a foot on a universal joint.",
+    use="Ankles and wrists of humanoid robots.", origin="humanoid robots since about 2000", parameters=Parameters, build=build,
+    path=lambda p: {n: (0.0, x) for n, x in END.items()}, drives=("length_1", "length_2"), sliders=("back", "side"),
+    plots=(PlotRecipe("legs", ("length_1", "length_2")),),
+    outside=tuple(value_at(f"length_{k}", partial(length, k=k), "distance of its joints") for k in (1, 2)), chain="2 U P S + U",
+    formulas="leg = |R b - a|.",
+    sources=("Zhou, Tsagarakis, On the comprehensive kinematics analysis of a humanoid parallel ankle, 2018",),
 )  # fmt: skip

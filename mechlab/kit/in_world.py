@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from mechlab.kit.palette import BLUE, DARK, GOLD, ORANGE, ROSE, SLATE, STEEL, TEAL
 from mechlab.mechanism import Builder, Inertia, Placement, shape
-from mechlab.mechanism.geometry import Array, Vector, frame_along, vector
+from mechlab.mechanism.geometry import Array, Vector, frame_along
 from mechlab.mechanism.parts import GROUND, Color, Joint, Shape
 
 COLORS = (BLUE, ORANGE, TEAL, ROSE, GOLD, STEEL)
@@ -30,8 +30,8 @@ DENSITY = 1.0
 class InWorld(Builder):
     """A Builder whose links are given by world points of the reference pose. thick [m]: diameter of rods and size of joints."""
 
-    def __init__(self, name: str, thick: float = 0.01, gravity: ArrayLike = (0.0, 0.0, -9.81), summary: str = "") -> None:
-        super().__init__(name, gravity=vector(gravity, f"{name}: gravity"), summary=summary)
+    def __init__(self, name: str, thick: float = 0.01, gravity: Vector = (0.0, 0.0, -9.81), summary: str = "") -> None:
+        super().__init__(name, gravity=gravity, summary=summary)
         self.thick = thick
         self.origins: dict[str, Array] = {GROUND: np.zeros(3)}
 
@@ -106,7 +106,7 @@ def between(a: ArrayLike, b: ArrayLike, radius: float, color: Color, name: str) 
 def across(direction: ArrayLike, hint: ArrayLike = (0.0, 0.0, 1.0)) -> tuple[Vector, Vector]:
     """Two unit vectors at right angles to a direction and to each other, the first at right angles to the hint as well."""
     d = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
-    first = np.cross(hint, d)
+    first = np.cross(np.asarray(hint, dtype=float), d)
     if np.linalg.norm(first) < 1e-6:
         first = np.cross((1.0, 0.0, 0.0), d)
     first = first / np.linalg.norm(first)

@@ -23,7 +23,9 @@ def free_joints(name: str, which: Sequence[str] = (*SLIDES, *TURNS)) -> list[Joi
     return [prismatic(f"{name}_{n}", n) if n in SLIDES else revolute(f"{name}_{n}", axes[n]) for n in which]
 
 
-def platform(w: InWorld, name: str, at: ArrayLike, joints: Sequence[ArrayLike], mass: float = 1.0, free: Sequence[str] = (*SLIDES, *TURNS)) -> None:
+def platform(
+    w: InWorld, name: str, at: ArrayLike, joints: Sequence[ArrayLike], mass: float = 1.0, free: Sequence[str] = (*SLIDES, *TURNS)
+) -> None:
     """A platform with its origin at a world point, rods to its joints (world points), free in the named directions."""
     points = [np.asarray(p, dtype=float) for p in joints]
     size = max(float(np.linalg.norm(p - np.asarray(at))) for p in points)
@@ -56,3 +58,10 @@ def circle(radius: float, turns: Sequence[float], height: float = 0.0) -> list[A
 def thirds(offset: float = 0.0) -> tuple[float, float, float]:
     """Three angles a third of a turn apart."""
     return offset, offset + 2 * np.pi / 3, offset + 4 * np.pi / 3
+
+
+def turned(roll: float, pitch: float, yaw: float = 0.0) -> Array:
+    """(3, 3) Rx(roll) Ry(pitch) Rz(yaw): the rotation of a platform with these joints."""
+    (a, b), (c, d), (e, f) = ((np.cos(t), np.sin(t)) for t in (roll, pitch, yaw))
+    x, y = np.array([[1, 0, 0], [0, a, -b], [0, b, a]]), np.array([[c, 0, d], [0, 1, 0], [-d, 0, c]])
+    return x @ y @ np.array([[e, -f, 0], [f, e, 0], [0, 0, 1]])

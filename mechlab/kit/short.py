@@ -30,6 +30,8 @@ from mechlab.kit.planar_entry import DRIVEN, FREE, Planar
 from mechlab.mechanism import Builder, Mechanism
 from mechlab.mechanism.geometry import Array
 
+__all__ = ["Bars", "Linkage", "Outside", "PlotRecipe", "builder_entry", "farthest", "parameter", "planar_entry", "ratio", "value_at"]
+
 PLACES = 25
 """Places of the path at which poses are compared and numbers are read off."""
 GAINS = (1e4, 200.0)
@@ -48,6 +50,14 @@ class Bars:
 def farthest(values: Array, target: float) -> float:
     """The one of the values (n,) that is farthest from the target."""
     return float(values[np.argmax(np.abs(values - target))])
+
+
+def value_at(
+    name: str, expected: Callable[[Any], float], source: str, place: int = -1, text: str = "", unit: str = "m", tolerance: float = 1e-9
+) -> Outside:
+    """The number from outside that is the value of one quantity at a place of the path, by default its end."""
+    said = text or f"{name} at {'the end' if place == -1 else f'place {place} of the path'}"
+    return Outside(said, unit, expected, lambda p, motion: float(motion[name][place]), tolerance, source)
 
 
 def ratio(motion: Mapping[str, Array], a: str, b: str, place: int = 12) -> float:
@@ -137,7 +147,8 @@ def builder_entry(
     """An Entry of a mechanism that a Builder makes: spatial loops, trains, parallel robots.
 
     build(p) -> Mechanism. path(p): joint or shaft -> first and last value; it is led along the path within `duration` [s] in the scene
-    driven, by itself or by the given drives (the legs of a platform, whose coordinates the path has). closed(p, given): quantities (n,) in closed form from those of the drives, where a closed form exists.
+    driven, by itself or by the given drives (the legs of a platform, whose coordinates the path has). closed(p, given): quantities (n,) in
+    closed form from those of the drives, where a closed form exists.
     """
 
     @lru_cache(maxsize=16)
@@ -224,7 +235,7 @@ class _Short:
             return scene
 
         return {
-            "driven": SceneRecipe(make("driven"), self.fidelity, "the drives go along their path, there and back or a turn, by inverse dynamics"),
+            "driven": SceneRecipe(make("driven"), self.fidelity, "along the path, there and back or a turn, by inverse dynamics"),
             "free-run": SceneRecipe(make("free-run"), self.fidelity, "the drives are let go as the driven scene begins"),
         }
 
@@ -247,7 +258,7 @@ class _Short:
         """Three checks: poses and rates along the path; masses and forces of moving states; a driven run."""
         return (
             Check("K1", "it closes along its path: poses and rates of all frames and joints by every witness", self._poses, "each other"),
-            Check("K2", "mass matrix, bias forces and constraint rows of moving states by three implementations", self._states, "each other"),
+            Check("K2", "mass matrix and bias forces of moving states by three implementations", self._states, "each other"),
             Check("K3", "a driven run: MuJoCo against Pinocchio", self._run, "each other", slow=True),
         )
 

@@ -1,7 +1,8 @@
 """Gear trains about a main axis z: wheels, carriers, planets, bevel wheels; each a body, each mesh a row.
 
     t = Train("stage").wheel("sun", 24).wheel("ring", 84, ring=True)
-    t.carrier("arm").planet("planet", "arm", 30, orbit=t.centres("sun", 30)).mesh_of("sun", "planet", "arm").mesh_of("ring", "planet", "arm")
+    t.carrier("arm").planet("planet", "arm", 30, orbit=t.centres("sun", 30))
+    t.mesh_of("sun", "planet", "arm").mesh_of("ring", "planet", "arm")
 
 Joints have the names of their bodies; the angle of a planet is that relative to its carrier. One planet of each circle stands for all.
 """
@@ -54,11 +55,13 @@ class Train(Builder):
     def carrier(self, name: str, orbits: Sequence[float] = (), level: float = -1.2) -> Self:
         """A carrier on the main axis with an arm to each orbit [m]."""
         width = 8 * self.module
-        arms: list[Shape] = [shape("disc", Placement((0, 0, level * width)), RED, f"{name}_hub", radius=2 * width / 3, thickness=0.4 * width)]
+        hub = Placement((0, 0, level * width))
+        arms: list[Shape] = [shape("disc", hub, RED, f"{name}_hub", radius=2 * width / 3, thickness=0.4 * width)]
         for k, r in enumerate(orbits):
             arms.append(shape("box", Placement((0.5 * r, 0, level * width)), RED, f"{name}_arm_{k}", x=r, y=0.6 * width, z=0.3 * width))
         inertia = Inertia.cylinder(0.2, max((*orbits, 2 * width)), 0.4 * width)
-        return self.body(name, revolute(name, "z"), inertia=inertia, shapes=arms)
+        self.body(name, revolute(name, "z"), inertia=inertia, shapes=arms)
+        return self
 
     def planet(self, name: str, carrier: str, teeth: int, orbit: float, angle: float = 0.0, level: float = 0.0, fixed_to: str = "") -> Self:
         """A planet on a carrier at a distance `orbit` [m] and an angle [rad] of its arm. fixed_to: the planet of which it is a part."""
@@ -71,7 +74,7 @@ class Train(Builder):
         return self._noted(name, teeth, False, self.places[fixed_to] if fixed_to else place)
 
     def bevel(self, name: str, teeth: int, direction: Sequence[float], slope: float, parent: str = GROUND) -> Self:
-        """A bevel wheel whose cone has its apex in the origin; it stands in the `direction` (3,) from there, with the pitch angle `slope`."""
+        """A bevel wheel whose cone has its apex in the origin; it stands in the `direction` (3,) from there, its pitch angle is `slope`."""
         turn = frame_along(direction)
         looks = shape("bevel_gear", Placement.of(turn, (0.0, 0.0, 0.0)), COLORS[len(self.bodies) % len(COLORS)], name, teeth=teeth,
                       module=self.module, pitch_angle=slope, width=5 * self.module)  # fmt: skip
