@@ -220,7 +220,9 @@ def test_a_run_that_is_not_trusted_is_saved_too(tmp_path: Path, capsys: pytest.C
 
 # -- dependencies -----------------------------------------------------------------------------------------------------------
 
-OTHER_NAMES = {"pinocchio": "pin", "pxr": "usd-core", "pydrake": "drake", "exudyn": "exudyn", "opensim": "opensim"}
+OTHER_NAMES = {
+    "pinocchio": "pin", "pxr": "usd-core", "pydrake": "drake", "exudyn": "exudyn", "opensim": "opensim", "warp": "warp-lang",
+}  # fmt: skip
 """Packages that come under another name, or that are not always installed."""
 
 

@@ -38,8 +38,8 @@ LIKE: dict[str, dict[str, str]] = {
     "run": {"out": "-o"},
     "show": {"fidelity": "--fidelity"},
     "simulate": {
-        "scene": "--scene", "duration": "--duration", "timestep": "--timestep", "max_error": "--max-error", "engine": "--engine",
-        "fidelity": "--fidelity", "at": "--at", "order_check": "--order-check", "out": "-o",
+        "scene": "--scene", "duration": "--duration", "timestep": "--timestep", "max_error": "--max-error", "budget": "--budget",
+        "engine": "--engine", "fidelity": "--fidelity", "at": "--at", "order_check": "--order-check", "out": "-o",
     },
     "stability": {
         "scene": "--scene", "kinds": "--map", "methods": "--methods", "fidelity": "--fidelity", "out": "-o", "budget": "--budget",
@@ -47,7 +47,7 @@ LIKE: dict[str, dict[str, str]] = {
     "sweep": {
         "quantities": "--quantity", "witness": "--witness", "scene": "--scene", "engine": "--engine", "fidelity": "--fidelity",
         "duration": "--duration", "timestep": "--timestep", "out": "-o", "plot": "--plot", "resume": "--resume",
-        "scheduler": "--scheduler", "workers": "--workers",
+        "scheduler": "--scheduler", "workers": "--workers", "backend": "--backend",
     },
     "track": {
         "duration": "--duration", "wishes": "--wishes", "tolerance": "--tolerance", "max_rate": "--max-rate",

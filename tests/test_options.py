@@ -94,6 +94,10 @@ COMMANDS: dict[tuple[str, str], list[Differ | Writes | Refused]] = {
         Differ("simulate pendulum --duration 0.1", "--max-error 1e-6"),
         Refused("simulate pendulum --duration 0.1 --engine analytic --max-error 1e-3", "max_error"),
     ],
+    ("simulate", "--budget"): [
+        Differ("simulate fourbar --duration 0.1 --max-error 1e-10", "--budget 0.01"),
+        Refused("simulate pendulum --budget 1", "budget"),
+    ],
     ("simulate", "--engine"): [Differ("simulate pendulum --duration 0.1", "--engine pinocchio")],
     ("simulate", "--order-check"): [
         Differ("simulate pendulum --duration 0.1", "--order-check"),
@@ -118,6 +122,11 @@ COMMANDS: dict[tuple[str, str], list[Differ | Writes | Refused]] = {
     ("sweep", "--engine"): [Differ(SWEEP, "--engine pinocchio"), Refused("sweep fourbar crank_angle=0:1:3 --engine mujoco", "--engine")],
     ("sweep", "--fidelity"): [
         Refused("sweep fourbar crank_angle=0:1:3 --fidelity minimal", "--fidelity"), Refused(f"{SWEEP} --fidelity no", "'no'"),
+    ],
+    ("sweep", "--backend"): [
+        Differ(SWEEP, "--backend mujoco"), Refused(f"{SWEEP} --backend no", "'no'"),
+        Refused("sweep fourbar crank_angle=0:1:3 --backend warp", "--backend"),
+        Refused(f"{SWEEP} --quantity angle_accel --backend warp", "angle_accel takes more than the states"),
     ],
     ("sweep", "-o"): [Writes(f"{SWEEP} -o {{}}/a.nc", "a.nc")],
     ("sweep", "--plot"): [Writes(f"{SWEEP} --plot {{}}/a.svg", "a.svg")],

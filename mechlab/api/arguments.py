@@ -18,6 +18,8 @@ Seconds = Annotated[float, "s"]
 """A time [s]. The command line reads the units named in such a type from it."""
 Error = Annotated[float, "m", "rad"]
 """A distance [m] or an angle [rad]."""
+AnyError = str | float
+"""A number [m or rad], or one with its unit: "0.1mm", "1W"."""
 Plain = Annotated[float, "1"]
 """A number without a unit."""
 Travel = Annotated[float, "rad", "m"]
@@ -46,7 +48,9 @@ def key_values(values: Values | None, keywords: Values) -> dict[str, Any]:
     Raises MechlabError for a key in both, for text that is no value, and where `values` is no mapping.
     """
     if not isinstance(values, Mapping | None):
-        raise MechlabError(f"the second argument: expected a mapping of keys to values, got {values!r}; name any other argument.")
+        raise MechlabError(
+            f"the second argument: expected a mapping of keys to values, got {values!r}; name any other argument."
+        )
     given = dict(values or {})
     if isinstance(keywords.get("values"), Mapping):
         raise MechlabError("values: give the mapping as the second argument, without a name.")

@@ -8,7 +8,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mechlab.api.arguments import Engine, Error, File, Progress, Seconds, Travel, Values, Whole, key_values, silent
+from mechlab.api.arguments import (
+    AnyError,
+    Engine,
+    Error,
+    File,
+    Progress,
+    Seconds,
+    Travel,
+    Values,
+    Whole,
+    key_values,
+    silent,
+)
 from mechlab.api.finding import Source, design_and_rest, load_design
 from mechlab.api.suggestions import suggesting
 from mechlab.clock import costed, spent_on
@@ -83,7 +95,8 @@ def simulate(
     drives: Commands | None = None,
     duration: Seconds | None = None,
     timestep: Seconds | None = None,
-    max_error: Error | None = None,
+    max_error: AnyError | None = None,
+    budget: Seconds | None = None,
     engine: Engine | None = None,
     order_check: bool = False,
     fidelity: str | None = None,
@@ -108,8 +121,9 @@ def simulate(
         scene=S: name of a scene; `mechlab show NAME` lists them
         duration=T: simulated time [s]
         timestep=H: timestep [s]
-        max_error=E: tolerated error [m or rad] of what the scene tracks; engine, method, step and constraint settings are
-            chosen, and every channel states its own error
+        max_error=E: tolerated error of what the scene tracks, of its positions [m or rad], or with a unit (1W, 0.1mm, 1N, 1deg) of its
+            channels in that unit; engine, method, step and constraint settings are chosen, and every channel states its own error
+        budget=T: most CPU time that choosing them may take [s] (default: 3 s and 1.5 s for each second of the scene, at most 30)
         engine=E: who computes
         order_check: measure the order of the error in the timestep
         fidelity=F: level of fidelity: minimal, parts, full, or auto: the cheapest that answers
@@ -120,8 +134,8 @@ def simulate(
         warnings.warn('the scene is an option now: simulate(source, scene="...")', DeprecationWarning, stacklevel=2)
         values, scene = None, values
     recording = _simulated(
-        source, key_values(values, given), scene, laws, drives, duration, timestep, max_error, engine, order_check, fidelity,
-        tuple(at or ()), settings,
+        source, key_values(values, given), scene, laws, drives, duration, timestep, max_error, budget, engine, order_check,
+        fidelity, tuple(at or ()), settings,
     )  # fmt: skip
     if out is not None:
         recording.save(out)
@@ -131,8 +145,8 @@ def simulate(
 @costed
 def _simulated(
     source: Source, given: Mapping[str, Value], scene: str | Scene | None, laws: Laws, drives: Commands | None, duration: Seconds | None,
-    timestep: Seconds | None, max_error: Error | None, engine: Engine | None, order_check: bool, fidelity: str | None,
-    times: tuple[Seconds, ...], settings: Settings | str | None,
+    timestep: Seconds | None, max_error: AnyError | None, budget: Seconds | None, engine: Engine | None, order_check: bool,
+    fidelity: str | None, times: tuple[Seconds, ...], settings: Settings | str | None,
 ) -> Recording:  # fmt: skip
     """See `simulate`."""
     with spent_on("imports"):
@@ -146,12 +160,14 @@ def _simulated(
         x if x is None else float(in_unit(what, one_number(what, x), "s"))
         for what, x in (("duration", duration), ("timestep", timestep))
     )
+    error = None if max_error is None else one_number("max_error", max_error)
+    most = None if budget is None else float(in_unit("budget", one_number("budget", budget), "s"))
     if laws or drives:
         design, scene = with_laws(design, scene or design.scene_for(engine or engine_of(settings)), laws, drives), None
     extra = {k: one_number(k, v) for k, v in rest.items()}
     recording = run_scene(
-        design, scene, engine=engine, fidelity=fidelity, duration=duration, timestep=timestep, max_error=max_error,
-        settings=settings, at=times, extra=extra,
+        design, scene, engine=engine, fidelity=fidelity, duration=duration, timestep=timestep, max_error=error,
+        budget=most, settings=settings, at=times, extra=extra,
     )  # fmt: skip
     if order_check:
         if recording.settings.engine == "analytic":

@@ -169,6 +169,7 @@ def sweep(
     timestep: Seconds | None = None,
     engine: Engine | None = None,
     fidelity: str | None = None,
+    backend: str | None = None,
     out: File | None = None,
     plot: File | None = None,
     resume: bool = False,
@@ -193,6 +194,8 @@ def sweep(
         timestep=H: timestep [s]
         engine=E: who computes
         fidelity=F: level of fidelity
+        backend=B: who steps runs that go together: mujoco (the default), or warp: MuJoCo Warp, on a GPU where there is one, in single
+            precision, whose error is stated
         out=FILE.nc: the dataset as netCDF; with --portrait a folder
         plot=F: picture of a sweep over one or two ranges (.png, .svg, .pdf)
         resume: go on where an interrupted sweep into the same FILE.nc was
@@ -209,7 +212,7 @@ def sweep(
     sent, identity = travelling(source)
     request = plan(
         open_source(sent), asked, wanted, load=open_source, source=sent, identity=identity, witness=witness,
-        scene=scene, engine=engine, fidelity=fidelity, duration=duration, timestep=timestep,
+        scene=scene, engine=engine, fidelity=fidelity, duration=duration, timestep=timestep, backend=backend,
     )  # fmt: skip
     return study(
         request, out=None if out is None else Path(out), plot=None if plot is None else Path(plot), resume=resume,

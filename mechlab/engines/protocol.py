@@ -240,8 +240,12 @@ class NumpyTree(Engine):
         return KeptMotions(TreeState(mechanism))
 
     def accelerations(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, force: ArrayLike | None = None) -> Array:
-        """(nv,) by least squares of the constrained equations, rigid rows, without dry friction."""
-        return TreePlant(mechanism, q, v).accelerations(np.zeros(mechanism.nv) if force is None else force)
+        """(nv,) by least squares of the constrained equations, rigid rows, without dry friction; (n, nv) of n states."""
+        plant, q, v = TreePlant(mechanism), np.asarray(q, dtype=float), np.asarray(v, dtype=float)
+        force = np.zeros(v.shape) if force is None else np.asarray(force, dtype=float)
+        if q.ndim == 1:
+            return plant.set(q, v).accelerations(force)
+        return np.array([plant.set(*state).accelerations(f) for *state, f in zip(q, v, force, strict=True)])
 
 
 ENGINES = {"numpy": NumpyTree()}

@@ -113,9 +113,22 @@ class ModeWatch:
         """True when the mode at q (nq,) differs from that of the first call; always False without held joints."""
         if self._modes is None or not np.all(np.isfinite(q)):
             return False
-        sign = float(self._modes.signs(self._constraints.jacobian(self._tree.set(q))[None])[0])
-        self._first = self._first or sign
-        return self._first * sign < 0.0
+        return self._first_other(self._modes.signs(self._constraints.jacobian(self._tree.set(q))[None])) is not None
+
+    def first_change(self, q: Array) -> int | None:
+        """Index of the first of several poses q (n, nq) for which `changed` is True; None where there is none."""
+        if self._modes is None or not len(q):
+            return None
+        jacobians = ManyPoses(self.mechanism).set(q).residual_and_jacobian()[1]
+        signs = self._modes.signs(jacobians)
+        return self._first_other(np.where(np.isfinite(q).all(axis=1), signs, 0.0))
+
+    def _first_other(self, signs: Array) -> int | None:
+        """Index of the first sign that is opposite to the first one of all calls that was not 0."""
+        if not self._first:
+            self._first = float(next((x for x in signs if x), 0.0))
+        other = np.flatnonzero(self._first * signs < 0.0)
+        return int(other[0]) if len(other) else None
 
 
 class _Modes:

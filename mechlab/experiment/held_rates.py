@@ -14,6 +14,7 @@ import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.experiment.laws import Law, Plant, register
+from mechlab.experiment.laws.formula import Affine, Formula
 from mechlab.experiment.recording import Finding
 from mechlab.experiment.scene import Settings
 from mechlab.mechanism.geometry import Array
@@ -59,6 +60,12 @@ class ViscousBetween:
         """The drag at the present rates."""
         f = self.coefficient * (plant.rate(self.a) - plant.rate(self.b))
         return {self.a: -f, self.b: f}
+
+    def formulas(self) -> tuple[Formula, ...]:
+        """See `mechlab.experiment.laws.formula`."""
+        c, pair = self.coefficient, (self.a, self.b)
+        drag = [Affine(rates=tuple(zip(pair, gains, strict=True))) for gains in ((-c, c), (c, -c))]
+        return tuple(Formula(on, (force,)) for on, force in zip(pair, drag, strict=True))
 
 
 @register("held_rates")

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -130,27 +131,56 @@ class Spline:
             raise MechlabError("motion table: times must increase.")
 
     @cached_property
-    def _spline(self) -> tuple[object, object, object]:
+    def curve(self) -> Any:
+        """The scipy.interpolate.BSpline."""
         from scipy.interpolate import make_interp_spline
 
-        spline = make_interp_spline(self.times, self.values, k=5 if len(self.times) > 5 else min(3, len(self.times) - 1))
-        return spline, spline.derivative(1), spline.derivative(2)
+        return make_interp_spline(self.times, self.values, k=5 if len(self.times) > 5 else min(3, len(self.times) - 1))
+
+    @cached_property
+    def _derivatives(self) -> tuple[Any, Any, Any]:
+        return self.curve, self.curve.derivative(1), self.curve.derivative(2)
 
     def at(self, t: float) -> tuple[float, float, float]:
         """Value, rate and acceleration at time t [s]; beyond the ends the end value, with rate and acceleration 0."""
         inside = min(max(t, self.times[0]), self.times[-1])
-        a, b, c = (float(f(inside)) for f in self._spline)  # type: ignore[operator]
+        a, b, c = (float(f(inside)) for f in self._derivatives)
         return (a, b, c) if inside == t else (a, 0.0, 0.0)
 
 
-Target = PrescribedMotion | float | str | Callable[[float], float | tuple[float, float, float]] | tuple[Sequence[float], Sequence[float]]
+@dataclass(frozen=True)
+class Polyline:
+    """Straight lines between `values` at `times` [s], constant beyond the ends; for forces, as its rate jumps."""
+
+    times: tuple[float, ...]
+    values: tuple[float, ...]
+
+    def at(self, t: float) -> tuple[float, float, float]:
+        """Value and slope at time t [s], and 0."""
+        x, y = self.times, self.values
+        k = bisect_right(x, t)
+        if k in (0, len(x)):
+            return (y[0], 0.0, 0.0) if k == 0 else (y[-1], 0.0, 0.0)
+        slope = (y[k] - y[k - 1]) / (x[k] - x[k - 1])
+        return slope * (t - x[k - 1]) + y[k - 1], slope, 0.0
+
+
+Target = (
+    PrescribedMotion
+    | float
+    | str
+    | Callable[[float], float | tuple[float, float, float]]
+    | tuple[Sequence[float], Sequence[float]]
+)
 """What a drive may be asked to follow: a motion, a number (text with a unit), a function of time, or (times, values)."""
 
 
 def as_motion(what: str, target: Target) -> PrescribedMotion:
     """The motion that a target stands for; raises MechlabError that names `what` for anything else."""
     if isinstance(target, type) or isinstance(target, tuple) and len(target) != 2:
-        raise MechlabError(f"{what}: expected a number, a motion, a function of time or (times, values), got {target!r}.")
+        raise MechlabError(
+            f"{what}: expected a number, a motion, a function of time or (times, values), got {target!r}."
+        )
     if isinstance(target, tuple):
         times, values = (tuple(float(one_number(what, x)) for x in column) for column in target)
         return Spline(times, values)

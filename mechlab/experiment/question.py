@@ -20,6 +20,27 @@ root."""
 ORDERS = ("_accel", "_rate")
 
 Witness = Callable[[Any, Mapping[str, Any]], "Answer"]
+"""witness(parameters, values) -> its answer."""
+
+
+@dataclass(frozen=True)
+class WitnessInBulk:
+    """A witness that answers at many poses at once: many(parameters, values, count) -> an answer for each pose, where values are
+    numbers or arrays (count,)."""
+
+    many: Callable[[Any, Mapping[str, Any], int], Sequence[Answer]]
+
+    def __call__(self, parameters: Any, values: Mapping[str, Any]) -> Answer:
+        """The answer at one pose."""
+        return self.many(parameters, values, 1)[0]
+
+
+def answers_at(witness: Witness, parameters: Any, values: Mapping[str, Any], count: int) -> Sequence[Answer]:
+    """An answer for each of `count` poses, given as numbers or arrays (count,): together where the witness can."""
+    if isinstance(witness, WitnessInBulk):
+        return witness.many(parameters, values, count)
+    each = ({k: float(v[i]) if np.ndim(v) else v for k, v in values.items()} for i in range(count))
+    return [witness(parameters, one) for one in each]
 
 
 MOST_NAMES = 12

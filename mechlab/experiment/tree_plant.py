@@ -3,7 +3,7 @@ engine, and a third implementation besides the engines in checks."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -34,8 +34,8 @@ class TreePlant:
     """The numpy plant. Implements `mechlab.experiment.laws.Plant` and, with poses, closure and masses,
     `mechlab.engines.protocol.StatePlant`.
 
-    `set(q, v, t)` only stores the state; the kinematics is computed on first use, so that a law which needs only values
-    and rates costs no kinematics. `memory`: law -> its states.
+    `set(q, v, t)` only stores the state; kinematics, masses and rows are computed on first use, once for a state, so that a law
+    which needs only values and rates costs no kinematics. `memory`: law -> its states.
     """
 
     def __init__(self, mechanism: Mechanism, q: ArrayLike | None = None, v: ArrayLike | None = None) -> None:
@@ -76,15 +76,23 @@ class TreePlant:
         if not self._placed:
             self._tools[0].set(self.q, self.v)
             self._placed = True
+            self._known: dict[str, Array] = {}
         return self._tools[0]
+
+    def _once(self, what: str, compute: Callable[[TreeKinematics], Array]) -> Array:
+        """A copy of what is computed once for the present state."""
+        tree = self.tree
+        if what not in self._known:
+            self._known[what] = np.asarray(compute(tree))
+        return self._known[what].copy()
 
     def mass_matrix(self) -> Array:
         """(nv, nv) mass matrix, armatures and shafts included."""
-        return self.tree.mass_matrix()
+        return self._once("mass", TreeKinematics.mass_matrix)
 
     def bias(self) -> Array:
         """(nv,) h of M a + h = applied + J^T reactions: velocity, weight, springs and dampers."""
-        return np.asarray(self.tree.bias_force() - passive_force(self.tree))
+        return self._once("bias", lambda tree: tree.bias_force() - passive_force(tree))
 
     def residual(self) -> Array:
         """(rows,) residual of loops and relations [m, rad]."""
@@ -92,11 +100,11 @@ class TreePlant:
 
     def jacobian(self) -> Array:
         """(rows, nv) constraint Jacobian."""
-        return self._tools[1].jacobian(self.tree)
+        return self._once("rows", self._tools[1].jacobian)
 
     def constraint_bias(self) -> Array:
         """(rows,) dJ/dt v."""
-        return self._tools[1].bias(self.tree)
+        return self._once("rates", self._tools[1].bias)
 
     def relation_rows(self) -> Array:
         """(relations, nv) rows of the relations, in their order."""
@@ -108,10 +116,10 @@ class TreePlant:
 
     def accelerations(self, force: ArrayLike) -> Array:
         """(nv,) accelerations under the generalised `force` (nv,), without dry friction: M a + h = force + J^T r, J a = -dJ/dt v."""
-        tree, rows, nv = self.tree, self.jacobian(), len(self.v)
+        rows, nv = self.jacobian(), len(self.v)
         matrix, side = np.zeros((nv + len(rows), nv + len(rows))), np.zeros(nv + len(rows))
-        matrix[:nv, :nv], matrix[:nv, nv:], matrix[nv:, :nv] = tree.mass_matrix(), rows.T, rows
-        side[:nv] = np.asarray(force, dtype=float) + passive_force(tree) - tree.bias_force()
+        matrix[:nv, :nv], matrix[:nv, nv:], matrix[nv:, :nv] = self.mass_matrix(), rows.T, rows
+        side[:nv] = np.asarray(force, dtype=float) - self.bias()
         side[nv:] = -self.constraint_bias()
         return np.asarray(np.linalg.lstsq(matrix, side, rcond=1e-12)[0][:nv])
 

@@ -102,7 +102,7 @@ def integrate_adaptive(
         if count > most_evaluations:
             raise _StopIntegration(IntegrationStatus.TOO_MANY)
         dy = np.asarray(f(t, y), dtype=float)
-        if not np.all(np.isfinite(dy)):
+        if not np.isfinite(dy).all():
             raise _StopIntegration(IntegrationStatus.NOT_FINITE)
         return dy
 

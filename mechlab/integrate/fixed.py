@@ -168,9 +168,9 @@ def integrate_fixed(
         with np.errstate(over="ignore", invalid="ignore"):
             new = step(tableau, f, t, y, h)
         after = t0 + (k + 1) * h
-        if np.all(np.isfinite(new)) and project is not None:
+        if project is not None and np.isfinite(new).all():
             new = project(after, new)
-        if not np.all(np.isfinite(new)):
+        if not np.isfinite(new).all():
             return FixedStepEnd(t, y, k, f"the state is not finite after t = {t:.6g} (step {k + 1}, size {h:g})")
         y = new
         if observe is not None:

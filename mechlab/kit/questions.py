@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from mechlab.engines.protocol import WITNESSES
 from mechlab.errors import MechlabError
-from mechlab.experiment.question import Answer, Witness
-from mechlab.kit.witness import engine_answer
+from mechlab.experiment.question import Answer, Witness, WitnessInBulk
+from mechlab.kit.witness import at_pose, engine_answers
 from mechlab.mechanism import Mechanism, Status
 from mechlab.mechanism.geometry import Array
 from mechlab.tables import up_to
@@ -56,22 +56,30 @@ def by_engines(
 
     given, answers: key of the question -> quantity of the engine (a joint, a shaft or a coordinate of a frame, with
     _rate or _accel); keys of `given` that a user leaves out are ignored. start(p, mechanism, given) -> (nq,) pose from
-    which the engine assembles, None for the reference pose. output: as for `engine_answer`. Where the mechanism cannot
+    which the engine assembles, None for the reference pose. output: as for `engine_answers`. Where the mechanism cannot
     be built with these parameters, the status of the answer is NO_ASSEMBLY.
     """
     wanted = tuple(dict.fromkeys(answers.values()))
 
-    def ask(engine: str, p: Any, values: Mapping[str, Any]) -> Answer:
+    def ask(engine: str, p: Any, values: Mapping[str, Any], count: int) -> Sequence[Answer]:
         try:
             m = build(p, fidelity)
         except MechlabError as never:
-            return Answer(status=Status.NO_ASSEMBLY, notes=(str(never),))
+            return [Answer(status=Status.NO_ASSEMBLY, notes=(str(never),))] * count
         asked = {theirs: values[ours] for ours, theirs in given.items() if ours in values}
-        found = engine_answer(engine, m, asked, wanted, start=start and start(p, m, values), output=output)
-        named = {ours: found.values[theirs] for ours, theirs in answers.items() if theirs in found.values}
-        return Answer(named, found.status, found.notes, cannot=found.cannot)
+        starts = start and [start(p, m, at_pose(values, k, count)) for k in range(count)]
+        found = engine_answers(engine, m, asked, wanted, count, starts, output=output)
+        return [
+            Answer(
+                {ours: x.values[theirs] for ours, theirs in answers.items() if theirs in x.values}, x.status, x.notes, cannot=x.cannot
+            )
+            for x in found
+        ]
 
-    return for_engines(ask)
+    def witness(engine: str) -> Witness:
+        return WitnessInBulk(lambda p, values, count: ask(engine, p, values, count))
+
+    return {engine: witness(engine) for engine in WITNESSES}
 
 
 def for_engines(ask: Callable[[str, Any, Mapping[str, Any]], Answer]) -> dict[str, Witness]:

@@ -12,14 +12,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mechlab.engines.closer import confirmed
+from mechlab.engines.motions import Motions
 from mechlab.engines.protocol import Engine, engine
 from mechlab.errors import EngineMissing, NoSolution, unknown
 from mechlab.experiment.question import Answer
 from mechlab.kit.determined import determined
 from mechlab.kit.quantities import level, quantities, split
+from mechlab.kit.regular import kept_regularity
 from mechlab.mechanism import Mechanism, Status, TreeKinematics, singularity
+from mechlab.mechanism.closing import close_many
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.kept import LastKept
 from mechlab.mechanism.length_unit import coordinate_units, in_unit_of_length, is_length
+from mechlab.mechanism.many_rows import ManyRows
 from mechlab.mechanism.named_rows import LETTERS
 
 
@@ -39,14 +45,107 @@ def engine_answer(
     but a status and a note. Wanted quantities that the given ones do not determine are listed in `Answer.open` and
     `Answer.idle`. A given coordinate without a given acceleration gets the acceleration 0 (`Answer.assumed`).
     """
+    return engine_answers(witness, m, given, wanted, 1, None if start is None else [np.asarray(start, dtype=float)], steps, output)[0]
+
+
+def engine_answers(
+    witness: str,
+    m: Mechanism,
+    given: Mapping[str, Any],
+    wanted: Sequence[str],
+    count: int,
+    starts: Sequence[Array | None] | None = None,
+    steps: int = 10,
+    output: str | None = None,
+) -> list[Answer]:
+    """`engine_answer` at `count` poses, given as numbers or arrays (count,); starts: a pose (nq,) or None for each.
+
+    All poses are closed together, from where the engine closes each by its own kinematics (`mechlab.engines.closer.confirmed`); what is
+    not surely regular there, or does not close on this way, is searched pose by pose.
+    """
     if m.length_scale != 1.0:
-        return _in_own_unit(witness, m, given, wanted, start, steps, output)
-    position, rate, accel = split(m, given)
+        return _in_own_unit(witness, m, given, wanted, count, starts, steps, output)
     try:
         r = engine(witness)
-        found = r.assemble(m, position, start=start, steps=steps)
+        found = _together(r, m, given, wanted, count, starts, output)
+        for k in (k for k in range(count) if k not in found):
+            found[k] = _searched(r, m, at_pose(given, k, count), wanted, None if starts is None else starts[k], steps, output)
     except EngineMissing as missing:
-        return Answer(cannot=str(missing))
+        return [Answer(cannot=str(missing))] * count
+    return [found[k] for k in range(count)]
+
+
+def at_pose(given: Mapping[str, Any], k: int, count: int) -> dict[str, Any]:
+    """The values at pose k of `count`; one value, or a (3, 3) rotation, is that of all poses."""
+    out: dict[str, Any] = {}
+    for name, value in given.items():
+        array = np.asarray(value)
+        several = array.ndim == 1 or (array.ndim == 3 and len(array) == count)
+        one = array[k] if several else value
+        out[name] = float(one) if array.ndim == 1 else one
+    return out
+
+
+def _together(
+    r: Engine, m: Mechanism, given: Mapping[str, Any], wanted: Sequence[str], count: int, starts: Sequence[Array | None] | None,
+    output: str | None,
+) -> dict[int, Answer]:  # fmt: skip
+    """Answers at the poses that close on the straight way and are regular, by the number of the pose."""
+    position, rate, accel = split(m, given)
+    rows = kept_rows(m, tuple(position))
+    reference = m.reference()
+    start = reference if starts is None else np.array([reference if x is None else x for x in starts])
+    targets = rows.targets(position, count)
+    q, residual, sure = confirmed(r.pose_equations(m, rows.names), close_many(rows, start, targets, count), targets)
+    if not sure.any():
+        return {}
+    first = int(np.argmax(sure))
+    what = determined(m, q[first], at_pose(given, first, count), wanted)
+    if what.open:
+        return {}
+    accel |= dict.fromkeys((level(m, key)[0] for key in what.assumed), 0.0)
+    at = np.flatnonzero(sure)
+    look = kept_regularity(m).set(q[at])
+    fine = ~look.singular(output)
+    for names in {tuple(position), *((tuple(rate), tuple(accel)) if rate or accel else ())}:
+        fine &= look.fixed(names)
+    answered = [key for key in wanted if key not in what.unfixed]
+    frames = [f.name for f in m.frames if any(key.startswith(f"{f.name}_") and key not in m.scalar_names for key in answered)]
+    at = at[fine]
+    if not len(at):
+        return {}
+    moving = bool(rate or accel)
+    motion = r.motions(m).at(q[at], _those(rate, at), _those(accel, at), frames, moving)
+    values = {key: _value(m, key, q[at], motion) for key in answered}
+    values |= {key: np.zeros(len(at)) for key in what.assumed if key in values}  # exactly, not as the engine rounds it
+    columns = list(zip(*(x.tolist() for x in values.values()), strict=True)) if values else [()] * len(at)
+    assumed = dict.fromkeys(what.assumed, 0.0)
+    return {
+        int(k): Answer(dict(zip(values, numbers, strict=True)), idle=what.idle, assumed=assumed)
+        for k, numbers, solved in zip(at, columns, motion.solved, strict=True)
+        if solved
+    }
+
+
+def _those(given: Mapping[str, Any], at: Any) -> dict[str, Any]:
+    """The values at some of the poses."""
+    return {n: x[at] if np.ndim(x) else x for n, x in given.items()}
+
+
+_ROWS = LastKept()
+
+
+def kept_rows(m: Mechanism, names: tuple[str, ...]) -> ManyRows:
+    """The equations of a mechanism with the names; the last few of each thread are kept."""
+    return _ROWS.get(ManyRows, m, names)
+
+
+def _searched(
+    r: Engine, m: Mechanism, given: Mapping[str, Any], wanted: Sequence[str], start: ArrayLike | None, steps: int, output: str | None
+) -> Answer:
+    """The answer at one pose by the engine's own search."""
+    position, rate, accel = split(m, given)
+    found = r.assemble(m, position, start=start, steps=steps)
     if not found.closed and not found.status.exit_code == 0:
         return Answer(status=found.status, notes=(_why(m, position, found),))
     what = determined(m, found.q, given, wanted)
@@ -70,11 +169,12 @@ def _in_own_unit(
     m: Mechanism,
     given: Mapping[str, Any],
     wanted: Sequence[str],
-    start: ArrayLike | None,
+    count: int,
+    starts: Sequence[Array | None] | None,
     steps: int,
     output: str | None,
-) -> Answer:
-    """`engine_answer` with the length scale of the mechanism as unit of length, for which its tolerances are made.
+) -> list[Answer]:
+    """`engine_answers` with the length scale of the mechanism as unit of length, for which its tolerances are made.
 
     Given and answered lengths are in metres.
     """
@@ -83,11 +183,15 @@ def _in_own_unit(
     def length(key: str) -> float:
         return unit if is_length(m, key.removesuffix("_rate").removesuffix("_accel")) else 1.0
 
-    begin = None if start is None else np.asarray(start, dtype=float) / coordinate_units(m, unit)
+    units = coordinate_units(m, unit)
+    begin = None if starts is None else [None if x is None else x / units for x in starts]
     scaled = {k: np.asarray(x) / length(k) if length(k) != 1.0 else x for k, x in given.items()}
-    answer = engine_answer(witness, in_unit_of_length(m, unit), scaled, wanted, begin, steps, output)
-    notes = tuple(f"{n} (lengths in units of {unit:g} m)" if " by " in n else n for n in answer.notes)
-    return replace(answer, values={k: x * length(k) for k, x in answer.values.items()}, notes=notes)
+    lengths = {k: length(k) for k in wanted}
+    out = []
+    for answer in engine_answers(witness, in_unit_of_length(m, unit), scaled, wanted, count, begin, steps, output):
+        notes = tuple(f"{n} (lengths in units of {unit:g} m)" if " by " in n else n for n in answer.notes)
+        out.append(replace(answer, values={k: x * lengths[k] for k, x in answer.values.items()}, notes=notes))
+    return out
 
 
 def _why(m: Mechanism, given: Mapping[str, Any], found: Any) -> str:
@@ -114,32 +218,33 @@ def _motion(
 ) -> dict[str, Any]:
     v = r.rates(m, q, rate) if rate else np.zeros(m.nv)
     a = r.accelerations_of(m, q, v, accel) if rate or accel else np.zeros(m.nv)
-    frames: dict[str, tuple[Array, Array, Array]] = {}
-    return {key: _quantity(r, m, key, q, v, a, frames) for key in wanted}
+    names = [f.name for f in m.frames if any(key.startswith(f"{f.name}_") and key not in m.scalar_names for key in wanted)]
+    frames = {}
+    for name in names:
+        pose, velocity, acceleration = r.frame_motion(m, name, q, v, a)
+        frames[name] = pose[None], velocity[None], acceleration[None]
+    motion = Motions(v[None], a[None], frames)
+    return {key: float(_value(m, key, q[None], motion)[0]) for key in wanted}
 
 
-def _quantity(
-    r: Engine, m: Mechanism, key: str, q: Array, v: Array, a: Array, frames: dict[str, tuple[Array, Array, Array]]
-) -> float:
-    for suffix, vector in (("_rate", v), ("_accel", a)):
+def _value(m: Mechanism, key: str, q: Array, motion: Motions) -> Array:
+    """(n,) a quantity at poses q (n, nq) and their motion."""
+    for suffix, vectors in (("_rate", motion.v), ("_accel", motion.a)):
         name = key.removesuffix(suffix)
         if key.endswith(suffix) and name in m.scalar_names:
-            return float(m.row(name) @ vector)
+            return np.asarray(vectors @ m.row(name))
     if key in m.scalar_names:
-        return float(m.value(key, q))
-    for frame in m.frames:
-        rest = key.removeprefix(f"{frame.name}_")
+        return np.asarray(m.value(key, q))
+    for frame, (pose, velocity, acceleration) in motion.frames.items():
+        rest = key.removeprefix(f"{frame}_")
         if rest == key:
             continue
-        if frame.name not in frames:
-            frames[frame.name] = r.frame_motion(m, frame.name, q, v, a)
-        pose, velocity, acceleration = frames[frame.name]
         letter, _, order = rest.partition("_")
         if letter not in LETTERS or order not in ("", "rate", "accel"):
             continue
         k = LETTERS.index(letter)
         if k < 3:
-            return float({"": pose[k, 3], "rate": velocity[k], "accel": acceleration[k]}[order])
+            return {"": pose[:, k, 3], "rate": velocity[:, k], "accel": acceleration[:, k]}[order]
         if order != "accel":
-            return float(velocity[k] if order == "" else acceleration[k])
+            return velocity[:, k] if order == "" else acceleration[:, k]
     raise unknown(f"{m.name}: quantity", key, quantities(m))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -10,9 +11,9 @@ import numpy as np
 
 from mechlab.errors import EngineMissing, MechlabError, unknown
 from mechlab.experiment.parameters import checked, describe, entry_units
-from mechlab.experiment.question import Answer, Answers, Open, Question, choose, one_spelling
+from mechlab.experiment.question import Answer, Answers, Open, Question, WitnessInBulk, answers_at, choose, one_spelling
 from mechlab.kit.quantities import quantities, split
-from mechlab.kit.witness import engine_answer
+from mechlab.kit.witness import engine_answers
 from mechlab.lab.design import Design
 from mechlab.lab.gear_trains.power_flow import asks_power_flow, power_flow_question
 from mechlab.lab.gear_trains.row_lag import asks_lag, lag_question
@@ -34,24 +35,49 @@ def ask(design: Design, given: Mapping[str, Any]) -> Answers:
 
     Numbers or arrays of one shape (they broadcast). Raises MechlabError when the keys make no question.
     """
+    values, question = _asked(design, given)
+    assumed = {k: d for k, d in question.optional.items() if d is not None and k not in values}
+    found = {n: _ask_one(n, w, design, assumed | values) for n, w in question.witnesses.items()}
+    return _compared(design, question, values, assumed, found)
+
+
+def ask_at_points(design: Design, given: Mapping[str, Any], count: int) -> list[Answers]:
+    """`ask` at each of `count` points, given as numbers or arrays (count,): witnesses answer together where they can."""
+    values, question = _asked(design, given)
+    assumed = {k: d for k, d in question.optional.items() if d is not None and k not in values}
+    found = {}
+    for name, witness in question.witnesses.items():
+        try:
+            found[name] = answers_at(witness, design.parameters, assumed | values, count)
+        except EngineMissing as missing:
+            found[name] = [Answer(cannot=str(missing))] * count
+    points = ({k: float(v[i]) if np.ndim(v) else v for k, v in values.items()} for i in range(count))
+    return [
+        _compared(design, question, at, assumed, {n: _plain(found[n][i]) for n in found}) for i, at in enumerate(points)
+    ]
+
+
+def _asked(design: Design, given: Mapping[str, Any]) -> tuple[dict[str, Any], Question]:
+    """The given values by the names of the question, and the question."""
     values = {k: numeric(k, v) for k, v in in_si(design, given).items()}
     entry = design.entry
     values = one_spelling(entry.questions, values, design.name)
     keys = set(values)
     special = [q for q in entry.questions if set(q.given) <= keys <= set(q.given) | set(q.optional)]
     if special:
-        question = choose(entry.questions, keys, design.name)
-    elif asks_lag(keys):
-        question = lag_question(design, values)
-    elif asks_power_flow(keys):
-        question = power_flow_question(design, values)
-    else:
-        question = generic_question(design, values)
-    assumed = {k: d for k, d in question.optional.items() if d is not None and k not in values}
-    answers = {
-        name: replace(a, assumed=assumed | dict(a.assumed))
-        for name, a in ((n, _ask_one(n, w, design, assumed | values)) for n, w in question.witnesses.items())
-    }
+        return values, choose(entry.questions, keys, design.name)
+    if asks_lag(keys):
+        return values, lag_question(design, values)
+    if asks_power_flow(keys):
+        return values, power_flow_question(design, values)
+    return values, generic_question(design, values)
+
+
+def _compared(
+    design: Design, question: Question, values: Mapping[str, Any], assumed: Mapping[str, float], found: Mapping[str, Answer]
+) -> Answers:
+    """The answers of all witnesses side by side. Raises MechlabError where nothing is determined."""
+    answers = {name: replace(a, assumed=dict(assumed) | dict(a.assumed)) for name, a in found.items()}
     done = Answers(
         question.name, answers, question.angles, question.units, _parameters(design), values, design.warnings,
         question.tolerance, _length(design),
@@ -116,7 +142,7 @@ def numeric(key: str, value: Any) -> Any:
 
 
 def _ask_one(name: str, witness: Any, design: Design, values: Mapping[str, Any]) -> Answer:
-    """One witness; the closed form takes arrays at once, an engine one pose after the other."""
+    """One witness; the closed form takes arrays at once, an engine a list of poses."""
     try:
         shape = np.broadcast_shapes(*(np.shape(v) for v in values.values()))
     except ValueError as error:
@@ -127,9 +153,7 @@ def _ask_one(name: str, witness: Any, design: Design, values: Mapping[str, Any])
         if name == "analytic":
             return _plain(witness(design.parameters, values))
         flat = {k: np.broadcast_to(v, shape).ravel() for k, v in values.items()}
-        answers = [
-            witness(design.parameters, {k: float(v[i]) for k, v in flat.items()}) for i in range(int(np.prod(shape)))
-        ]
+        answers = answers_at(witness, design.parameters, flat, math.prod(shape))
     except EngineMissing as missing:
         return Answer(cannot=str(missing))
     if any(a.cannot for a in answers):
@@ -167,7 +191,7 @@ def generic_question(design: Design, values: Mapping[str, Any]) -> Question:
     wanted = _wanted(m, values)
 
     def witness(engine: str) -> Any:
-        return lambda p, given: engine_answer(engine, m, given, wanted)
+        return WitnessInBulk(lambda p, given, count: engine_answers(engine, m, given, wanted, count))
 
     angles = tuple(k for k in m.scalar_names if not is_length(m, k))
     return Question(

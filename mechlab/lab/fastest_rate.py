@@ -12,7 +12,7 @@ import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.experiment.acting import held_drives
-from mechlab.experiment.held_rates import ViscousBetween
+from mechlab.experiment.held_rates import HeldRates, ViscousBetween
 from mechlab.experiment.laws import ComputedTorque, Law, Motor, Servo, Viscous
 from mechlab.experiment.motion import Hold, PrescribedMotion, Ramp, Sine
 from mechlab.experiment.scene import Scene, initial_state
@@ -38,14 +38,17 @@ def largest_eigenvalue(mass: Array, stiffness: Array, damping: Array) -> float:
 
 def fastest_rate(mechanism: Mechanism, scene: Scene) -> float:
     """Largest |eigenvalue| [1/s] of the motion at the start of a scene, linearised on the constraints: M a = -C v - K q with
-    C, K the sums of c g g^T and k g g^T over all springs, dampers, servos and the like, g the gradient of what they
-    stretch by. What their tension adds, and weight and other laws, are slow; computed torque has the rates of its gains. 0
-    when unknown."""
+    C, K the sums of c g g^T and k g g^T over all springs, dampers, servos and the like, g the gradient of what they stretch by.
+    What their tension adds, and weight and other laws, are slow; computed torque has the rates of its gains, held rates that of
+    their capture. 0 when unknown."""
     m = mechanism
     every: list[Joint | Shaft | Spring] = [*m.joints, *m.shafts, *m.springs]
     acting = [x for x in every if x.stiffness or x.damping]
     driven = [x for law in scene.laws for x in _like_springs(m, law)]
-    gained = max((_fastest_root(*g) for law in scene.laws if isinstance(law, ComputedTorque) for g in law.gains), default=0.0)
+    gained = max(
+        (_fastest_root(*g) for law in scene.laws if isinstance(law, ComputedTorque) for g in law.gains), default=0.0
+    )
+    gained = max([gained, *(1.0 / law.time for law in scene.laws if isinstance(law, HeldRates) and law.holds)])
     if m.nv > MOST_RATES or not (acting or driven) or any(j.nv != 1 for j in m.joints):
         return gained
     try:

@@ -106,7 +106,8 @@ def _yourdfpy(m: Mechanism, folder: Path) -> dict[str, Any]:
     import yourdfpy
 
     robot = yourdfpy.URDF.load(str(folder / f"{m.name}.urdf"), load_meshes=False, build_scene_graph=True)
-    links = {b.name: urdf_map(m).bodies[b.name] for b in m.bodies}
+    written = urdf_map(m).bodies
+    links = {b.name: written[b.name] for b in m.bodies}
     missing = set(links.values()) - set(robot.link_map)
     if missing:
         raise MechlabError(f"{m.name}.urdf: yourdfpy does not find the links {', '.join(sorted(missing))}.")

@@ -15,11 +15,16 @@ from mechlab.experiment.errors import differences, with_errors
 from mechlab.experiment.recording import Finding, Health, Recording, limit_finding
 from mechlab.experiment.scene import ENGINES, PRESETS, Scene, Settings
 from mechlab.lab.accuracy.control import ControlledRun, run_to_error
+from mechlab.lab.accuracy.measure import tracked_units
+from mechlab.lab.accuracy.rules import default_budget
+from mechlab.lab.channel_error import run_to_channel_error
 from mechlab.lab.design import Design
 from mechlab.lab.fidelity.choose import choose, is_auto
+from mechlab.lab.methods import Problem
 from mechlab.lab.problem_settings import other_softness, with_static_motors
 from mechlab.lab.single_run import analytic_run, chosen_settings, compared_run, complete, engine_run, refuse_too_long
 from mechlab.lab.step_error import with_step_error
+from mechlab.values import Quantity
 
 HALVINGS = 7
 LOOSER = 30.0
@@ -35,6 +40,7 @@ def run_scene(
     duration: float | None = None,
     timestep: float | None = None,
     max_error: float | None = None,
+    budget: float | None = None,
     settings: Settings | str | None = None,
     at: Sequence[float] = (),
     extra: Mapping[str, float] | None = None,
@@ -45,7 +51,9 @@ def run_scene(
     max_error: method, timestep and constraint settings are chosen, and the error of the tracked quantities is estimated and
     checked (`mechlab.lab.accuracy`); with a given engine or settings only the timestep is halved until the run
     changes by less. The estimate stands in the health record, as an error when it is not reached; the error of every channel,
-    controlled or not, stands in `errors`.
+    controlled or not, stands in `errors`. A Quantity in another unit than that of the tracked positions (1 W) controls the tracked
+    channels in that unit (`mechlab.lab.channel_error`). budget: most counted work [s], about seconds of CPU, of finding the method;
+    default: 3 s and 1.5 s for each second of the scene, at most 30.
     estimate: whether a run carries the errors of its channels and its "step_error", which takes more runs.
     fidelity: one of the entry (default: that of the scene), or "auto", the cheapest that answers; the finding "fidelity" then says
     which one was taken and why.
@@ -64,6 +72,7 @@ def run_scene(
     chosen = chosen_settings(of_scene, made, engine, settings, timestep)
     free = engine is None and settings is None and chosen.engine != "file"
     _refuse_idle(design, chosen.engine, timestep, max_error, free)
+    _refuse_budget(design, budget, max_error, free)
     refuse_too_long(design.name, made, chosen)
     finest = chosen.timestep if max_error is None else chosen.timestep / 2**HALVINGS
     made = with_static_motors(made, replace(chosen, timestep=finest))
@@ -73,7 +82,7 @@ def run_scene(
     if chosen.engine == "analytic":
         done = complete(of_scene, analytic_run(of_scene, made, extra or {}), made)
     elif max_error is not None:
-        done = _to_error(of_scene, made, chosen, max_error, at, free)
+        done = _to_error(of_scene, made, chosen, max_error, at, free, budget)
     else:
         done = complete(of_scene, engine_run(of_scene, made, chosen, at), made)
         if estimate:
@@ -90,18 +99,43 @@ def engine_of(settings: Settings | str | None) -> str | None:
 
 
 def _to_error(
-    design: Design, scene: Scene, settings: Settings, max_error: float, at: Sequence[float], choose: bool
+    design: Design,
+    scene: Scene,
+    settings: Settings,
+    max_error: float,
+    at: Sequence[float],
+    choose: bool,
+    budget: float | None,
 ) -> Recording:
     """A run under `max_error`, with the error of every channel. choose: the method is chosen too; else the given
     settings are refined."""
-    if choose:
-        run = _controlled(design, scene, settings, max_error, at)
-    elif settings.engine == "hybrid":
-        run = _sharper(lambda s: engine_run(design, scene, s, at), settings, max_error)
-    else:
-        run = _refine(lambda s: engine_run(design, scene, s, at), settings, max_error)
-    others = [(complete(design, other, scene), factor) for other, factor in run.others]
-    return with_errors(complete(design, run.recording, scene), others)
+
+    def once(error: float, most: float) -> Recording:
+        if choose:
+            run = _controlled(design, scene, settings, error, at, most)
+        elif settings.engine == "hybrid":
+            run = _sharper(lambda s: engine_run(design, scene, s, at), settings, error)
+        else:
+            run = _refine(lambda s: engine_run(design, scene, s, at), settings, error)
+        others = [(complete(design, other, scene), factor) for other, factor in run.others]
+        return with_errors(complete(design, run.recording, scene), others)
+
+    work = default_budget(scene.duration) if budget is None else budget
+    if isinstance(max_error, Quantity) and max_error.unit not in tracked_units(Problem(design, scene)):
+        return run_to_channel_error(design.name, scene, max_error, once, work)
+    return once(max_error, work)
+
+
+def _refuse_budget(design: Design, budget: float | None, max_error: float | None, free: bool) -> None:
+    """Raise MechlabError for a budget that is none, or that nothing would spend."""
+    if budget is None:
+        return
+    if max_error is None or not free:
+        raise MechlabError(
+            f"{design.name}: budget: it is what max_error may spend on choosing a method; give max_error, no engine."
+        )
+    if not (math.isfinite(budget) and budget > 0.0):
+        raise MechlabError(f"{design.name}: budget: expected a number > 0 s, got {budget!r}.")
 
 
 def _refuse_idle(design: Design, engine: str, timestep: float | None, max_error: float | None, free: bool) -> None:
@@ -118,11 +152,11 @@ def _refuse_idle(design: Design, engine: str, timestep: float | None, max_error:
 
 
 def _controlled(
-    design: Design, scene: Scene, default: Settings, max_error: float, at: Sequence[float]
+    design: Design, scene: Scene, default: Settings, max_error: float, at: Sequence[float], budget: float
 ) -> ControlledRun:
     """A run for which only the error is given; where no method gets to the end, the default run, marked untrusted."""
     try:
-        return run_to_error(design, scene, max_error, at)
+        return run_to_error(design, scene, max_error, at, budget)
     except NoSolution as cause:
         text = f"the error asked for ({max_error:g}) cannot be reached: {cause} This run is by {default.preset!r}; do not trust it"
         run = engine_run(design, scene, default, at)

@@ -50,12 +50,14 @@ class ManyClosed:
     residual: Array
 
 
-def close_many(rows: ManyRows, start: Array, targets: Sequence[Array]) -> ManyClosed:
-    """Poses that close all rows and have the targets, from the closed pose `start` (nq,).
+def close_many(rows: ManyRows, start: Array, targets: Sequence[Array], count: int = 1) -> ManyClosed:
+    """Poses that close all rows and have the targets, from the pose `start` (nq,), or from one (n, nq) for each, in whose modes they are.
 
-    targets: for each name of `rows` values (n,), or rotations (n, 3, 3).
+    targets: for each name of `rows` values (n,), or rotations (n, 3, 3); without any, `count` poses are closed.
     """
-    count = len(targets[0]) if len(targets) else 1
+    count = len(targets[0]) if len(targets) else count
+    if start.ndim == 2:
+        return _kept_modes(rows, start, _follow(rows, start, targets))
     along_one = len(targets) == 1 and targets[0].ndim == 1 and count >= CHAIN
     first = np.tile(start, (count, 1))
     if not along_one:
@@ -78,7 +80,8 @@ def close_many(rows: ManyRows, start: Array, targets: Sequence[Array]) -> ManyCl
 
 def _kept_modes(rows: ManyRows, start: Array, found: ManyClosed) -> ManyClosed:
     """The poses, without those whose determinant has another sign than at the start."""
-    here = rows.modes(start[None], rows.at(start[None]))[0]
+    begin = np.atleast_2d(start)
+    here = rows.modes(begin, rows.at(begin))
     there = rows.modes(found.q, found.placed)
     same = (here == 0.0) | (there == 0.0) | (here == there)
     return ManyClosed(found.q, found.placed, found.inverse, found.closed & same, found.residual)

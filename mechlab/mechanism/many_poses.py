@@ -9,10 +9,12 @@ from __future__ import annotations
 import numpy as np
 
 from mechlab.mechanism.constraints import AXES, ConstraintSet
-from mechlab.mechanism.geometry import Array, quaternion_products
+from mechlab.mechanism.geometry import Array, quaternion_products, skew
 from mechlab.mechanism.kinematics import moving_rates, turning_rates
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import GROUND, LinearRelation, Loop, Spring
+
+_STILL = np.eye(3)
 
 
 class ManyPoses:
@@ -36,38 +38,59 @@ class ManyPoses:
         ]
         self._relations = [(x, constraints.slices[x.name].start) for x in mechanism.relations]
         self.rows = len(constraints)
+        # a turn about an axis = basis[0] + basis[1] sin q + basis[2] (1 - cos q) (Rodrigues)
+        basis: list[tuple[Array, Array, Array]] = []
+        self._turning: list[str] = []
+        self._balls: dict[str, Array] = {}
+        for body in mechanism.bodies:
+            r0 = body.placement.rotation
+            for joint in body.joints:
+                if joint.kind == "spherical":
+                    self._balls[joint.name] = r0
+                elif joint.kind == "revolute":
+                    self._turning.append(joint.name)
+                    hat = skew(np.array(joint.axis))
+                    basis.append((r0, r0 @ hat, r0 @ hat @ hat))
+                r0 = r0 if joint.kind == "prismatic" else np.eye(3)
+        self._basis = np.array(basis).reshape(-1, 3, 9)
 
     def set(self, q: Array) -> ManyPoses:
         """Move to coordinates q (n, nq)."""
         m, n = self.mechanism, len(q)
         self.q = q
-        self.rotations = np.empty((n, len(m.bodies), 3, 3))
-        self.origins = np.empty((n, len(m.bodies), 3))
-        self.axes = np.zeros((n, m.nv, 3))
-        self.anchors = np.zeros((n, m.nv, 3))
+        # the body or rate comes first in memory, the pose as an index
+        rotations, origins = np.empty((len(m.bodies), n, 3, 3)), np.empty((len(m.bodies), n, 3))
+        axes, anchors = np.zeros((m.nv, n, 3)), np.zeros((m.nv, n, 3))
+        steps = self._steps(q)
         for i, (parent, body) in enumerate(zip(self._parents, m.bodies, strict=True)):
-            r0, p0 = body.placement.rotation, body.placement.translation
-            if parent >= 0:
-                rotation = self.rotations[:, parent] @ r0
-                origin = self.origins[:, parent] + self.rotations[:, parent] @ p0
-            else:
-                rotation, origin = np.tile(r0, (n, 1, 1)), np.tile(p0, (n, 1))
+            p0, still = body.placement.translation, body.placement.rotation
+            rotation = None if parent < 0 else rotations[parent]
+            origin = np.broadcast_to(p0, (n, 3)) if rotation is None else origins[parent] + rotation @ p0
             for joint in body.joints:
-                values, k = q[:, m.q_slice[joint.name]], m.v_slice[joint.name].start
-                axis = np.array(joint.axis)
+                k, axis = m.v_slice[joint.name].start, np.array(joint.axis)
+                if joint.kind == "prismatic":
+                    axes[k] = still @ axis if rotation is None else rotation @ (still @ axis)
+                    anchors[k] = origin = origin + axes[k] * q[:, m.q_slice[joint.name]]
+                    continue
+                rotation, still = steps[joint.name] if rotation is None else rotation @ steps[joint.name], _STILL
                 if joint.kind == "revolute":
-                    self.axes[:, k], self.anchors[:, k] = rotation @ axis, origin
-                    rotation = rotation @ turned(axis, values[:, 0])
-                elif joint.kind == "prismatic":
-                    self.axes[:, k] = rotation @ axis
-                    origin = origin + self.axes[:, k] * values
-                    self.anchors[:, k] = origin
+                    axes[k], anchors[k] = rotation @ axis, origin
                 else:
-                    rotation = rotation @ matrices(values)
-                    self.axes[:, k : k + 3] = np.swapaxes(rotation, 1, 2)
-                    self.anchors[:, k : k + 3] = origin[:, None]
-            self.rotations[:, i], self.origins[:, i] = rotation, origin
+                    axes[k : k + 3], anchors[k : k + 3] = np.moveaxis(rotation, 2, 0), origin
+            rotations[i] = still if rotation is None else rotation if still is _STILL else rotation @ still
+            origins[i] = origin
+        self.rotations, self.origins = np.swapaxes(rotations, 0, 1), np.swapaxes(origins, 0, 1)
+        self.axes, self.anchors = np.swapaxes(axes, 0, 1), np.swapaxes(anchors, 0, 1)
         return self
+
+    def _steps(self, q: Array) -> dict[str, Array]:
+        """Joint that turns -> (n, 3, 3) its rotation at q (n, nq), after that of the placement of its body where it is the first."""
+        weights = np.empty((len(self._turning), len(q), 3))
+        angles = q[:, [self.mechanism.q_slice[name].start for name in self._turning]].T
+        weights[..., 0], weights[..., 1], weights[..., 2] = 1.0, np.sin(angles), 1.0 - np.cos(angles)
+        found = (weights @ self._basis).reshape(len(self._turning), len(q), 3, 3)
+        steps = dict(zip(self._turning, found, strict=True))
+        return steps | {name: r0 @ matrices(q[:, self.mechanism.q_slice[name]]) for name, r0 in self._balls.items()}
 
     def poses(self) -> Array:
         """(n, nb, 4, 4) of the bodies, in the order of the Mechanism."""
@@ -95,8 +118,9 @@ class ManyPoses:
         a, b = pa + ra @ np.array(spring.point_a), pb + rb @ np.array(spring.point_b)
         d = b - a
         length = np.linalg.norm(d, axis=1)
-        relative = self.motion(spring.body_b, b)[0] - self.motion(spring.body_a, a)[0]
-        rate = ((relative @ d[:, :, None])[..., 0] * v).sum(axis=1)
+        columns = self._between(spring.body_a, spring.body_b)
+        relative = self.motion(spring.body_b, b, columns)[0] - self.motion(spring.body_a, a, columns)[0]
+        rate = ((relative @ d[:, :, None])[..., 0] * v[:, columns]).sum(axis=1)
         apart = length >= 1e-12
         return np.where(apart, length, 0.0), np.where(apart, rate / np.where(apart, length, 1.0), 0.0)
 
@@ -105,7 +129,8 @@ class ManyPoses:
         n, nv = len(self.q), self.mechanism.nv
         residual, jacobian = np.zeros((n, self.rows)), np.zeros((n, self.rows, nv))
         for loop, place, names in self._loops:
-            residual[:, place], jacobian[:, place] = self._loop(loop, names)
+            columns = self._between(loop.body_a, loop.body_b)
+            residual[:, place], jacobian[:, place, columns] = self._loop(loop, names, columns)
         for relation, row in self._relations:
             residual[:, row], jacobian[:, row] = self._relation(relation)
         return residual, jacobian
@@ -117,23 +142,25 @@ class ManyPoses:
             return np.tile(np.eye(3), (len(self.q), 1, 1)), np.zeros((len(self.q), 3))
         return self.rotations[:, i], self.origins[:, i]
 
-    def motion(self, body: str, point: Array) -> tuple[Array, Array]:
-        """(n, nv, 3) velocity of the body's point at world `point` (n, 3) for each rate, and angular velocity."""
-        linear = np.zeros((len(self.q), self.mechanism.nv, 3))
-        angular = np.zeros_like(linear)
-        i = self.index[body]
-        if i >= 0:
-            k = self._columns[i]
-            axes, turns = self.axes[:, k], self.turns[k][:, None]
-            linear[:, k] = turns * _cross(axes, point[:, None] - self.anchors[:, k]) + (1.0 - turns) * axes
-            angular[:, k] = turns * axes
-        return linear, angular
+    def _between(self, a: str, b: str) -> list[int]:
+        """The rates that move one body or both."""
+        return sorted({k for body in (a, b) if self.index[body] >= 0 for k in self._columns[self.index[body]]})
 
-    def _loop(self, loop: Loop, names: tuple[str, ...]) -> tuple[Array, Array]:
+    def motion(self, body: str, point: Array, columns: list[int] | None = None) -> tuple[Array, Array]:
+        """(n, columns, 3) velocity of the body's point at world `point` (n, 3) for each of some rates, default all, and angular
+        velocity."""
+        i = self.index[body]
+        columns = list(range(self.mechanism.nv)) if columns is None else columns
+        on = self._carries[i, columns][:, None] if i >= 0 else np.zeros((len(columns), 1))
+        axes, turns = on * self.axes[:, columns], self.turns[columns][:, None]
+        linear = turns * _cross(axes, point[:, None] - self.anchors[:, columns]) + (1.0 - turns) * axes
+        return linear, turns * axes
+
+    def _loop(self, loop: Loop, names: tuple[str, ...], columns: list[int]) -> tuple[Array, Array]:
         (ra, pa), (rb, pb) = self.frame(loop.body_a), self.frame(loop.body_b)
         a, b = loop.placement_a, loop.placement_b
         pa, pb = pa + ra @ a.translation, pb + rb @ b.translation
-        (va, wa), (vb, wb) = self.motion(loop.body_a, pa), self.motion(loop.body_b, pb)
+        (va, wa), (vb, wb) = self.motion(loop.body_a, pa, columns), self.motion(loop.body_b, pb, columns)
         d, relative = pb - pa, vb - va
         if loop.kind == "distance":
             value = ((d * d).sum(axis=1) - loop.length**2) / (2.0 * loop.length)
@@ -196,14 +223,6 @@ def rotation_vectors(wxyz: Array) -> Array:
     size = np.linalg.norm(wxyz[:, 1:], axis=1)
     factor = np.where(size < 1e-12, 2.0, 2.0 * np.arctan2(size, wxyz[:, 0]) / np.maximum(size, 1e-300))
     return np.asarray(wxyz[:, 1:] * factor[:, None])
-
-
-def turned(axis: Array, angles: Array) -> Array:
-    """(n, 3, 3) rotations by `angles` (n,) about the unit `axis` (3,) (Rodrigues)."""
-    x, y, z = axis
-    hat = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    s, c = np.sin(angles)[:, None, None], np.cos(angles)[:, None, None]
-    return np.asarray(c * np.eye(3) + s * hat + (1.0 - c) * np.outer(axis, axis))
 
 
 def matrices(wxyz: Array) -> Array:

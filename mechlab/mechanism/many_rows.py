@@ -172,12 +172,12 @@ class NewtonSteps:
         (..., m, n)."""
         kept = rows if self._all else rows[..., self._rows, :]
         if self.square and not self.tall:
-            return _inverted(kept)
+            return inverted(kept)
         kept = kept / self._sizes[:, None]
         across = np.swapaxes(kept, -1, -2)
         if self.tall:
-            return np.asarray(_inverted(across @ kept) @ across / self._sizes)
-        return np.asarray(across @ _inverted(kept @ across) / self._sizes)
+            return np.asarray(inverted(across @ kept) @ across / self._sizes)
+        return np.asarray(across @ inverted(kept @ across) / self._sizes)
 
     def step(self, inverse: Array, residual: Array) -> Array:
         """(..., n) Newton steps for residuals (..., m)."""
@@ -262,7 +262,7 @@ def quaternions(rotations: Array) -> Array:
     return np.asarray(chosen / np.linalg.norm(chosen, axis=1, keepdims=True))
 
 
-def _inverted(matrices: Array) -> Array:
+def inverted(matrices: Array) -> Array:
     """(..., n, n) inverses; NaN for a matrix that is exactly singular or not finite."""
     try:
         return np.asarray(np.linalg.inv(matrices))

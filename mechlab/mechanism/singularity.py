@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from mechlab.mechanism.batch_sparse import smallest_of_rows
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
@@ -54,14 +55,19 @@ def nearest_to_singular(mechanism: Mechanism, poses: Array) -> tuple[int, float]
         return 0, 1.0
     usual = np.linalg.norm(generic(mechanism)[1], axis=1)
     jacobians = ManyPoses(mechanism).set(poses).residual_and_jacobian()[1]
-    smallest = _scaled_values(jacobians, usual)[:, best.rank - 1]
+    scaled = _scaled(jacobians, usual)
+    found = smallest_of_rows(scaled) if best.rank == np.count_nonzero(usual) else None
+    smallest = np.linalg.svd(scaled, compute_uv=False)[:, best.rank - 1] if found is None else found
     k = int(np.argmin(smallest))
     return k, float(smallest[k] / max(float(np.median(smallest)), 1e-300))
 
 
 def _scaled_values(matrix: Array, sizes: Array) -> Array:
-    """Singular values of a matrix, or of each of many, with its rows divided by `sizes`, those at a generic pose."""
+    """Singular values of a matrix with its rows divided by `sizes`, those at a generic pose."""
     if matrix.size == 0:
         return np.zeros(0)
-    scaled = matrix / np.where(sizes > 1e-14, sizes, 1.0)[:, None]
-    return np.asarray(np.linalg.svd(scaled, compute_uv=False), dtype=np.float64)
+    return np.asarray(np.linalg.svd(_scaled(matrix, sizes), compute_uv=False), dtype=np.float64)
+
+
+def _scaled(matrix: Array, sizes: Array) -> Array:
+    return np.asarray(matrix / np.where(sizes > 1e-14, sizes, 1.0)[:, None])

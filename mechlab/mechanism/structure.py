@@ -12,6 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from mechlab.mechanism.batch_sparse import smallest_of_rows
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics, integrate
@@ -25,6 +26,10 @@ INDEPENDENT = 1e-8
 """Share of a row beyond which it does not repeat the rows before it."""
 CLEAR = 1e-3
 """Share of a rate beyond which it is a good coordinate."""
+CERTAIN = 1e-4
+"""Smallest singular value of rows of unit length above which they are independent beyond doubt."""
+NOTHING = 1e-12
+"""Size of a row below which it says nothing."""
 VOID = 1e-14
 """Size of a row, relative to the largest one and to 1, below which it is rounding."""
 FREEDOMS = ("degree of freedom", "degrees of freedom")
@@ -89,11 +94,21 @@ class Structure:
 
 def rank(matrix: Array) -> int:
     """Numerical rank after scaling rows to unit length."""
-    if matrix.size == 0:
-        return 0
-    norms = np.linalg.norm(matrix, axis=1, keepdims=True)
-    scaled = matrix / np.where(norms > VOID * max(1.0, float(norms.max())), norms, 1.0)
-    return int(np.linalg.matrix_rank(scaled, tol=RANK_TOLERANCE * max(matrix.shape)))
+    return ranks(matrix[None])[0]
+
+
+def ranks(matrices: Array) -> list[int]:
+    """Numerical ranks of matrices (P, m, n) after scaling rows to unit length. Where the rows of a large sparse one are clearly
+    independent, as its smallest singular value by a sparse factorisation says, they are counted."""
+    if matrices.size == 0:
+        return [0] * len(matrices)
+    norms = np.linalg.norm(matrices, axis=2, keepdims=True)
+    there = norms > VOID * np.maximum(1.0, norms.max(axis=1, keepdims=True))
+    scaled = matrices / np.where(there, norms, 1.0)
+    smallest = smallest_of_rows(np.where(there, scaled, 0.0)) if min(matrices.shape[1:]) >= LARGE else None
+    if smallest is not None and np.min(smallest) > CERTAIN:
+        return [int(x) for x in np.count_nonzero(there[..., 0], axis=1)]
+    return [int(np.linalg.matrix_rank(x, tol=RANK_TOLERANCE * max(x.shape))) for x in scaled]
 
 
 def null_space(matrix: Array, tolerance: float = RANK_TOLERANCE) -> Array:
@@ -162,8 +177,9 @@ class _Sampled:
 @lru_cache(maxsize=64)
 def _sampled(mechanism: Mechanism) -> tuple[_Sampled, ...]:
     tree, constraints = TreeKinematics(mechanism), ConstraintSet(mechanism)
-    jacobians = [(q, constraints.jacobian(tree.set(q))) for q in sample_poses(mechanism)]
-    return tuple(_Sampled(q, j, rank(j)) for q, j in jacobians)
+    poses = sample_poses(mechanism)
+    jacobians = [constraints.jacobian(tree.set(q)) for q in poses]
+    return tuple(_Sampled(q, j, r) for q, j, r in zip(poses, jacobians, ranks(np.array(jacobians)), strict=True))
 
 
 def _generic(mechanism: Mechanism) -> _Sampled:
@@ -178,9 +194,15 @@ def generic(mechanism: Mechanism) -> tuple[Array, Array]:
 
 @lru_cache(maxsize=64)
 def _generic_rows(mechanism: Mechanism) -> tuple[tuple[int, ...], Array]:
-    """Indices of independent rows at a generic pose, and an orthonormal basis (rank, nv) of all rows there."""
-    keep, basis = _chosen(_generic(mechanism).jacobian)
-    return tuple(keep), basis
+    """Indices of independent rows at a generic pose, and an orthonormal basis (nv, freedoms) of the motions that they leave."""
+    best = _generic(mechanism)
+    norms = np.linalg.norm(best.jacobian, axis=1)
+    there = np.flatnonzero(norms >= NOTHING)
+    if len(there) == best.rank >= LARGE:  # all that is there is independent
+        keep, basis = there.tolist(), best.jacobian[there] / norms[there, None]
+    else:
+        keep, basis = _chosen(best.jacobian)
+    return tuple(keep), np.linalg.qr(basis.T, mode="complete")[0][:, len(keep) :]
 
 
 def independent_rows(mechanism: Mechanism, constraints: ConstraintSet) -> list[int]:
@@ -204,7 +226,7 @@ def _chosen(matrix: Array) -> tuple[list[int], Array]:
 def _new_part(basis: Array, row: Array) -> tuple[Array, float]:
     """The unit vector of what a row adds to an orthonormal basis (k, n), and the share of the row that this is."""
     norm = float(np.linalg.norm(row))
-    if norm < 1e-12:
+    if norm < NOTHING:
         return row, 0.0
     rest = row / norm
     for _ in range(2):  # twice is enough against rounding
@@ -226,14 +248,14 @@ def repetitions(jacobian: Array, independent: Sequence[int], names: Sequence[str
 
     With J_i^T = Q R of the independent rows, row = c J_i gives R c^T = Q^T row^T.
     """
-    others = np.setdiff1d(np.arange(len(jacobian)), independent)
-    if not len(independent):
-        return tuple(Redundancy(names[i], ()) for i in others)
+    others = np.flatnonzero(~np.isin(np.arange(len(jacobian)), independent))
+    if not len(independent) or not np.any(jacobian[others]):
+        return tuple(Redundancy(names[i], ()) for i in others.tolist())
     q, r = np.linalg.qr(jacobian[list(independent)].T)
     earlier = np.array(independent) < others[:, None]
     shares = np.linalg.solve(r, (jacobian[others] @ q * earlier).T).T  # its LU of a triangle is the triangle; saves importing scipy
     out = []
-    for i, row in zip(others, np.where(np.abs(shares) > 1e-9, shares, 0.0), strict=True):
+    for i, row in zip(others.tolist(), np.where(np.abs(shares) > 1e-9, shares, 0.0), strict=True):
         out.append(Redundancy(names[i], tuple((names[independent[k]], float(row[k])) for k in np.flatnonzero(row).tolist())))
     return tuple(out)
 
@@ -252,10 +274,14 @@ def _idle_blocks(mechanism: Mechanism, jacobian: Array) -> list[tuple[str, list[
         columns = [
             k for j in body.joints for k in range(mechanism.v_slice[j.name].start, mechanism.v_slice[j.name].stop)
         ]
-        block = jacobian[:, columns]
+        block, tolerance = jacobian[:, columns], RANK_TOLERANCE
+        if len(block) >= LARGE:  # rows of other parts of a large mechanism only cost time
+            tolerance *= max(block.shape)
+            block = block[np.any(block, axis=1)]
+            tolerance /= max(block.shape)
         if rank(block) == 0:
             continue
-        out.append((body.name, columns, null_space(block)))
+        out.append((body.name, columns, null_space(block, tolerance)))
     return out
 
 
@@ -279,9 +305,9 @@ def idle_directions(mechanism: Mechanism, jacobian: Array) -> Array:
 def independent_coordinates(mechanism: Mechanism) -> tuple[str, ...]:
     """Rates that can be chosen freely (drives first): with them all others follow. A rate of which less than `CLEAR` is free
     of the rows and rates before it is taken only where no other is left: it would fix the pose badly."""
-    fixed = _generic_rows(mechanism)[1]
-    wanted = mechanism.nv - len(fixed)
-    basis = np.vstack([fixed, np.zeros((wanted, mechanism.nv))])
+    free = _generic_rows(mechanism)[1]
+    wanted = free.shape[1]
+    basis = np.zeros((wanted, wanted))
     drives = {d.on: mechanism.row(d.on) for d in mechanism.drives}
     rates = dict(zip(mechanism.rate_names, np.eye(mechanism.nv), strict=True))
     chosen: list[str] = []
@@ -289,10 +315,14 @@ def independent_coordinates(mechanism: Mechanism) -> tuple[str, ...]:
         for name, row in rows.items():
             if len(chosen) == wanted:
                 return tuple(chosen)
-            known = len(fixed) + len(chosen)
-            rest, size = _new_part(basis[:known], row)
-            if name not in chosen and size > least:
-                basis[known] = rest
+            if name in chosen:
+                continue
+            # what is left of the row without the fixed ones is its part along the free motions
+            along = row @ free / float(np.linalg.norm(row))
+            share = float(np.linalg.norm(along))
+            rest, size = _new_part(basis[: len(chosen)], along)
+            if size * share > least:
+                basis[len(chosen)] = rest
                 chosen.append(name)
     return tuple(chosen)
 

@@ -91,11 +91,11 @@ def shown(x: float) -> str:
 
 def line(section: str, row: Row) -> str:
     """A row of the table."""
-    before = BEFORE.get((section, row.name), math.nan)
     met = {True: "yes", False: "**no**", None: ""}[row.met]
     asked = row.asked.replace("<=", "≤").replace(">=", "≥")
     cells = [
-        row.name, shown(row.value), row.unit, row.beside, shown(row.reference), shown(row.ratio), asked, met, shown(before),
+        row.name, shown(row.value), row.unit, row.beside, shown(row.reference), shown(row.ratio), asked, met,
+        BEFORE.get((section, row.name), ""),
     ]  # fmt: skip
     return f"| {' | '.join(c.replace('|', '/') for c in cells)} |"
 
@@ -122,8 +122,8 @@ def report(sections: list[str], limit: float) -> str:
         f"{processor()}, {os.cpu_count()} cores; load average {load_before} at the start, {load()} at the end.",
         f"{versions()}.",
         "",
-        f"Ratio = value / its neighbour, both measured in one process. {sum(goals)} of {len(goals)} goals are met. The last column is the "
-        f"value of the build of {DATE}, taken under another load.",
+        f"Ratio = value / its neighbour, both measured in one process. {sum(goals)} of {len(goals)} goals are met. The last column is of "
+        f"the build of {DATE}, taken under another load.",
     ]
     return "\n".join([*head, *parts]) + "\n"
 

@@ -13,27 +13,13 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import mechlab
+from tests.benchmarks.rows import Row
 
 SHORT = 1.0
 """A verb that takes less than this [s] is started three times."""
-
-
-@dataclass(frozen=True)
-class VerbRow:
-    """A command and the CPU seconds it took, beside those asked for (0: nothing is asked)."""
-
-    verb: str
-    seconds: float
-    asked: float
-
-    @property
-    def ratio(self) -> float:
-        """Seconds over those asked for."""
-        return self.seconds / self.asked if self.asked else float("nan")
 
 
 ASKED: Mapping[str, float] = {
@@ -70,28 +56,28 @@ def seconds_of(arguments: Sequence[str], environment: Mapping[str, str]) -> floa
     return used.ru_utime + used.ru_stime
 
 
-def rows(wanted: Sequence[str] = ()) -> Iterator[VerbRow]:
-    """The rows of the table, one after the other; `wanted`: only commands that begin with one of these."""
+def rows(wanted: Sequence[str] = ()) -> Iterator[Row]:
+    """The section `verbs` of the table of benchmarks, one row after the other; `wanted`: only commands that begin with one of these."""
     with tempfile.TemporaryDirectory() as folder:
         environment = {k: v for k, v in os.environ.items() if not k.startswith(("PYTHONDONTWRITE", "PYTHONPYCACHE"))}
         package = Path(mechlab.__file__).parent
         subprocess.run([sys.executable, "-m", "compileall", "-q", str(package)], env=environment, check=True)
-        for number, (verb, asked) in enumerate([(BARE, 0.0), *ASKED.items()]):
+        bare = min(seconds_of(["-c", BARE], environment) for _ in range(3))
+        for number, (verb, asked) in enumerate(ASKED.items()):
             if wanted and not verb.startswith(tuple(wanted)):
                 continue
             words = [w.format(out=f"{folder}/{number}") for w in verb.split()]
             arguments = ["-c", verb] if words[0] == "import" else ["-m", "mechlab", *words]
             seconds = seconds_of(arguments, environment)
             again = [seconds_of(arguments, environment) for _ in range(2)] if seconds < SHORT else []
-            yield VerbRow(verb.format(out="OUT"), min(seconds, *again) if again else seconds, asked)
+            limit = f"value <= {asked:g}" if asked else ""
+            yield Row(verb.format(out="OUT"), min([seconds, *again]), "s", BARE, bare, limit)
 
 
 def main() -> None:
     """Print the table."""
-    print(f"{'verb':34}{'CPU s':>8}{'asked':>8}{'ratio':>8}")
     for row in rows(sys.argv[1:]):
-        asked, ratio = (f"{row.asked:8.2f}", f"{row.ratio:8.2f}") if row.asked else (f"{'-':>8}", f"{'-':>8}")
-        print(f"{row.verb:34}{row.seconds:8.2f}{asked}{ratio}", flush=True)
+        print(f"{row.name:34}{row.value:8.2f} s   {row.asked:14}{row.ratio:8.1f} x {row.beside}", flush=True)
 
 
 if __name__ == "__main__":

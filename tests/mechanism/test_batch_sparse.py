@@ -8,10 +8,12 @@ import pytest
 import mechlab as ml
 from mechlab.engines.protocol import engine
 from mechlab.mechanism import Builder, ConstraintSet, Loop, Mechanism, Placement, TreeKinematics, prismatic, revolute
-from mechlab.mechanism.batch_sparse import SparseClosing, SparseLeastSquares, SparseRows
+from mechlab.mechanism.batch_sparse import SparseClosing, SparseLeastSquares, SparseRows, smallest_of_rows
 from mechlab.mechanism.batch_tree import BatchRows, BatchTree
 from mechlab.mechanism.geometry import frame_along
+from mechlab.mechanism.many_poses import ManyPoses
 from mechlab.mechanism.parts import LOOP_ROWS
+from mechlab.mechanism.structure import ranks
 from tests.benchmarks.bench_large import four_bars, train
 from tests.mechanism.samples import PART
 
@@ -113,3 +115,30 @@ def test_small_mechanisms_and_one_large_loop_stay_dense() -> None:
         SparseClosing(BatchRows(BatchTree(four_bars(5))), 0)
     rows, columns = (x.ravel() for x in np.indices((3, 80)))
     assert not SparseLeastSquares(rows, columns, 80).pays
+
+
+def test_smallest_singular_values_of_a_chain() -> None:
+    m = four_bars(70)
+    sign = np.array([1.0 if j.name.startswith("rocker") else -1.0 for j in m.joints])
+    q = np.array([0.3, 1.0, 1.55])[:, None] * sign  # at pi / 2 all bars lie on one line
+    jacobian = ManyPoses(m).set(q).residual_and_jacobian()[1]
+    dense = np.linalg.svd(jacobian, compute_uv=False)[:, 2 * 70 - 1]
+    # the square of the condition number, 1e4 to 1e8, times rounding
+    assert smallest_of_rows(jacobian) == pytest.approx(dense, rel=1e-7)
+    assert dense[2] < 0.1 * dense[0]
+    repeated = np.concatenate([jacobian, jacobian[:, :1]], axis=1)
+    found = smallest_of_rows(repeated)
+    assert found is None or np.max(found) < 1e-6
+
+
+def test_ranks_of_large_matrices_are_those_of_dense_ones() -> None:
+    # bidiagonal rows, some of them zero; then one of them again
+    rng, n = np.random.default_rng(8), 330
+    matrix = np.diag(rng.uniform(1.0, 2.0, n)) + np.diag(rng.uniform(0.1, 0.5, n - 1), 1)
+    matrix[::11] = 0.0
+    again = matrix.copy()
+    again[11] = matrix[12]
+    nearly = matrix.copy()
+    nearly[11] = matrix[12] + 1e-9 * matrix[13]  # independent in exact arithmetic, not to rounding
+    assert ranks(np.stack([matrix, 2.0 * matrix])) == [300, 300]
+    assert ranks(again[None]) == ranks(nearly[None]) == [300]

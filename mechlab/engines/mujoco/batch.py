@@ -191,7 +191,7 @@ class _Prepared:
                 data.qpos[:], data.qvel[:] = qpos[0], qvel[0]
                 if nv > LARGE and sparse_is_right(self.model, data):
                     self.model.opt.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
-        masses = masses_finding(self.map, motions.q[0]) if count else None
+        masses = masses_finding(self.map, motions.q[0], data) if count else None
         ahead = "" if masses is None else masses.sentence
         self.health = BatchHealth(m, scene, motions.settings, self.model, self.map, look, count, ahead)
         self.q, self.v = np.empty((count, len(keep), m.nq)), np.empty((count, len(keep), m.nv))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import mujoco
 import numpy as np
@@ -13,7 +13,8 @@ from mechlab.engines.mujoco.plant import MujocoPlant
 from mechlab.engines.state import RATE_LIMIT
 from mechlab.errors import MechlabError
 from mechlab.experiment.acting import held_drives
-from mechlab.experiment.laws import AppliedForce, DcMotor, Law, LawStates, Servo
+from mechlab.experiment.laws import DcMotor, Law, Servo
+from mechlab.experiment.laws.compiled import CompiledLaws, StateOrder
 from mechlab.experiment.prices import CALLBACK, price_of_laws
 from mechlab.experiment.scene import Settings
 from mechlab.integrate import count_work
@@ -26,7 +27,7 @@ _RK4 = (1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0)
 class Driver:
     """Applies the laws at every evaluation of the equations of motion, and integrates their work.
 
-    `forces`: joint or shaft -> force of all laws on it, at the last evaluation. `work` [J] is integrated with the
+    `work` [J] is integrated with the
     weights of the method: the four stages of RK4, or the trapezoidal rule for the methods of one evaluation a step.
     States of laws (`mechlab.experiment.laws.LawStates`) are integrated here: with the stages of RK4, which keeps its order (an
     activation of the engine would lower it to the first), else exactly for the rates at the start of the step.
@@ -40,15 +41,14 @@ class Driver:
 
     def __init__(self, mechanism: Mechanism, laws: tuple[Law, ...], plant: MujocoPlant) -> None:
         self.mechanism, self.laws, self.plant = mechanism, laws, plant
-        in_engine = engaged(laws)
-        self.applied = AppliedForce(mechanism, [law for law in laws if law not in in_engine])
-        self.held = AppliedForce(mechanism, in_engine) if in_engine else None
-        self._qfrc, self._qvel = plant.data.qfrc_applied, plant.data.qvel
-        dof = plant.map.dof
-        self._dof: Array | slice = slice(None) if np.array_equal(dof, np.arange(len(self._qvel))) else dof
+        in_engine, order = engaged(laws), order_of(plant.map)
+        self.applied = CompiledLaws(mechanism, [law for law in laws if law not in in_engine], order)
+        self.held = CompiledLaws(mechanism, in_engine, order) if in_engine else None
+        data = self._data = plant.data
+        self._qfrc, self._qvel, self._qpos = data.qfrc_applied, data.qvel, data.qpos
         self._option = plant.model.opt
         self.targets = tuple(dict.fromkeys(name for law in laws for name in law.targets()))
-        self.forces: dict[str, float] = dict.fromkeys(self.targets, 0.0)
+        self._forces, self._held_forces = np.zeros(0), np.zeros(0)
         self._work = 0.0
         self.evaluations = 0
         self._price = CALLBACK + price_of_laws(laws)
@@ -56,21 +56,31 @@ class Driver:
         self._stage = 0
         self._last: tuple[float, float] | None = None
         self.sampling = False
-        self.memory = LawStates(laws)
+        self.memory = self.applied.states
+        self._remembers = len(self.memory) > 0
         self._kept = self._seen = self.memory.initial
         self._slopes: list[Array] = []
         self.memory.put(plant, self._kept)
         self.at_once = self._rk4 and self.applied.constant and self.held is None
         self._from = {name: plant.value(name) for name in self.targets} if self.at_once else {}
         if self.at_once:
-            total, self.forces = self.applied(plant.t, plant)
-            self._qfrc[self._dof] = total
-            self._refuse(self.forces)
+            self._apply(plant.t)
+            self._refuse()
 
     @property
     def called(self) -> bool:
         """Whether the engine must call it while it steps."""
         return bool(self.laws) and not self.at_once
+
+    @property
+    def forces(self) -> dict[str, float]:
+        """Joint or shaft -> force of all laws on it, at the last evaluation."""
+        out = dict.fromkeys(self.targets, 0.0)
+        for laws, forces in ((self.applied, self._forces), (self.held, self._held_forces)):
+            if laws is not None:
+                for name, f in zip(laws.targets, forces.tolist(), strict=False):
+                    out[name] = out.get(name, 0.0) + f
+        return out
 
     @property
     def work(self) -> float:
@@ -79,25 +89,37 @@ class Driver:
             return sum(f * (self.plant.value(name) - self._from[name]) for name, f in self.forces.items())
         return self._work
 
+    def push(self) -> None:
+        """One evaluation that keeps no account of forces and work, for runs of which states alone are kept."""
+        if self._remembers:
+            self()
+            return
+        count_work(self._price)
+        laws, t = self.applied, self._data.time
+        laws.put(t, self._qpos, self._qvel)
+        if laws.affine:
+            self._qfrc[:] = laws.affine_force()
+            return
+        forces, self._qfrc[:] = laws.forces(t, self.plant)
+        if not math.isfinite(forces.dot(forces)):
+            self._forces = forces
+            self._refuse()
+
     def __call__(self) -> None:
         """One evaluation: the engine's state is current, its forces are not computed yet."""
         count_work(self._price)
-        plant = self.plant
-        if len(self.memory):
-            self.memory.put(plant, self._kept if self.sampling or not self._rk4 or not self._stage else self._seen)
-        t = plant.t
-        total, self.forces = self.applied(t, plant)
-        self._qfrc[self._dof] = total
+        t = self._data.time
+        total = self._apply(t)
         if self.held is not None:
-            held, forces = self.held(t, plant)
+            self.held.put(t, self._qpos, self._qvel)
+            self._held_forces, held = self.held.forces(t, self.plant)
             total = total + held
-            self.forces = {n: self.forces.get(n, 0.0) + forces.get(n, 0.0) for n in (self.forces | forces)}
         self.evaluations += 1
-        power = float(total.dot(self._qvel[self._dof]))
+        power = float(total.dot(self._qvel))
         if not math.isfinite(power):
-            self._refuse(self.forces)
-        if len(self.memory) and not self.sampling:
-            self._remember()
+            self._refuse()
+        if self._remembers and not self.sampling:
+            self._remember(t)
         if self._rk4:
             if not self.sampling:
                 self._work += _RK4[self._stage] * self._option.timestep * power
@@ -107,26 +129,39 @@ class Driver:
             self._work += 0.5 * (t - self._last[0]) * (power + self._last[1])
         self._last = (t, power)
 
-    def _remember(self) -> None:
+    def _apply(self, t: float) -> Array:
+        """(engine nv,) the generalised force of the laws that the engine does not apply by itself; it is put into the data."""
+        laws = self.applied
+        laws.put(t, self._qpos, self._qvel)
+        if self._remembers:
+            states = self._kept if self.sampling or not self._rk4 or not self._stage else self._seen
+            laws.put_states(states)
+            if not laws.all_formulas:
+                self.memory.put(self.plant, states)
+        self._forces, total = laws.forces(t, self.plant)
+        self._qfrc[:] = total
+        return total
+
+    def _remember(self, t: float) -> None:
         """Advance the states of the laws by one stage of RK4, or by one step of another method."""
         plant, h = self.plant, float(self._option.timestep)
         if not self._rk4:
-            self._kept = self.memory.after(plant.t, plant, self._kept, h)
+            self._kept = self.memory.after(t, plant, self._kept, h)
             return
         if self._stage == 0:
             self._slopes, self._seen = [], self._kept
-        self._slopes.append(self.memory.rate(plant.t, plant, self._seen))
+        self._slopes.append(self.applied.state_rates(t, plant))
         if self._stage < 3:
             self._seen = self._kept + (0.5, 0.5, 1.0)[self._stage] * h * self._slopes[-1]
         else:
             self._kept = self._kept + h * sum(w * k for w, k in zip(_RK4, self._slopes, strict=True))
 
-    def _refuse(self, forces: Mapping[str, float]) -> None:
+    def _refuse(self) -> None:
         """Raise MechlabError for a force that is not finite, unless the state has already blown up."""
         data = self.plant.data
         if not np.all(np.abs(data.qvel) < RATE_LIMIT) or not np.all(np.isfinite(data.qpos)):
             return
-        for name, f in forces.items():
+        for name, f in self.forces.items():
             if not math.isfinite(f):
                 raise MechlabError(
                     f"{self.mechanism.name}: the laws give {name!r} the force {f} at t = {self.plant.t:.6g} s."
@@ -134,7 +169,14 @@ class Driver:
 
     def now(self) -> list[float]:
         """Forces in the order of `targets`."""
-        return [self.forces.get(name, 0.0) for name in self.targets]
+        forces = self.forces
+        return [forces[name] for name in self.targets]
+
+
+def order_of(map_: MujocoMap) -> StateOrder:
+    """Where a model of the engine keeps the state of a Mechanism."""
+    m = map_.mechanism
+    return StateOrder(map_.qpos[m.q_columns], map_.dof, int(map_.model.nq), int(map_.model.nv))
 
 
 def engaged(laws: Sequence[Law]) -> tuple[Servo | DcMotor, ...]:

@@ -27,11 +27,11 @@ class EngineRows:
 
     def __init__(self, model: mujoco.MjModel, closure: Closure) -> None:
         self.model = model
-        self._kept_acceleration = np.zeros(model.nv)
-        self._pairs: list[tuple[int, int, slice, slice | None]] = []
-        self._distances: list[tuple[int, int, int, int]] = []
-        self._turning: list[int] = []
-        moved_alone: list[Array] = []
+        self._kept = np.zeros(model.nv)
+        self._sites: list[int] = []
+        self._distances: list[tuple[int, int, int, int, int]] = []
+        self._turning: list[tuple[slice, Array]] = []
+        places: list[tuple[int, int]] = []  # row of b, and its number among the differences of accelerations
         self._order: list[int] = []
         self._signs: list[float] = []
         at = 0
@@ -41,19 +41,26 @@ class EngineRows:
             self._order += range(rows.start, rows.stop)
             tendon = model.eq_type[k] == mujoco.mjtEq.mjEQ_TENDON
             self._signs += [1.0 if tendon else -1.0] * count
+            first, ends = 3 * len(self._sites), closure.ends_of_distance(k)
             if not tendon:
                 one, two = int(model.eq_obj1id[k]), int(model.eq_obj2id[k])
-                turns = slice(at + 3, at + 6) if count == 6 else None
-                if turns is not None:
-                    self._turning += range(at + 3, at + 6)
-                    moved_alone.append(_moving(model, one) - _moving(model, two))
-                self._pairs.append((one, two, slice(at, at + 3), turns))
-            elif (ends := closure.ends_of_distance(k)) is not None:
-                self._distances.append((at, int(model.eq_obj1id[k]), *ends))
+                # the engine gives the angular acceleration first
+                places += [(at + i, first + 3 + i) for i in range(3)]
+                if count == 6:
+                    places += [(at + 3 + i, first + i) for i in range(3)]
+                    self._turning.append((slice(at + 3, at + 6), _moving(model, one) - _moving(model, two)))
+                self._sites += [one, two]
+            elif ends is not None:
+                self._distances.append((at, int(model.eq_obj1id[k]), len(self._sites) // 2, *ends))
+                self._sites += ends
             at += count
         self.count = at
-        self._alone = np.array(moved_alone).reshape(-1, model.nv, 1)
-        self._ends = np.zeros((2, 6))
+        self._found = np.zeros((len(self._sites) + 2, 6))  # the last two stay zero, for rows without a bias
+        self._one, self._two = self._found[::2], self._found[1::2]
+        self._calls = list(zip(self._sites, self._found, strict=False))
+        self._index = np.full(at, 3 * len(self._sites))
+        for row, number in places:
+            self._index[row] = number
         self._speeds = np.zeros((2, 6))
 
     def agree(self, data: mujoco.MjData, closure: Closure) -> bool:
@@ -73,38 +80,29 @@ class EngineRows:
             return None
         jacobian = data.efc_J[: count * nv].reshape(count, nv).copy()
         if self._turning:
-            jacobian[self._turning] = (self._alone * data.cdof[:, :3]).transpose(0, 2, 1).reshape(-1, nv)
-        bias = np.zeros(count)
-        if self._pairs or self._distances:
-            self._accelerations(data, bias)
-        return jacobian, bias
+            axes = data.cdof[:, :3].T
+            for turn, moved_alone in self._turning:
+                np.multiply(axes, moved_alone, jacobian[turn])
+        return jacobian, self._bias(data) if self._calls else np.zeros(count)
 
-    def _accelerations(self, data: mujoco.MjData, bias: Array) -> None:
-        model, (one, two) = self.model, self._ends
-        acceleration = mujoco.mj_objectAcceleration
-        # the accelerations of an evaluated state may still be read
-        kept, qacc = self._kept_acceleration, data.qacc
-        kept[:] = qacc
+    def _bias(self, data: mujoco.MjData) -> Array:
+        model, kept, qacc, acceleration = self.model, self._kept, data.qacc, mujoco.mj_objectAcceleration
+        kept[:] = qacc  # those of an evaluated state may still be read
         qacc[:] = 0.0
         mujoco.mj_rnePostConstraint(model, data)
         qacc[:] = kept
-        for a, b, shift, turn in self._pairs:
-            acceleration(model, data, SITE, a, one, 0)
-            acceleration(model, data, SITE, b, two, 0)
-            relative = one - two
-            bias[shift] = relative[3:]
-            if turn is not None:
-                bias[turn] = relative[:3]
-        for row, tendon, a, b in self._distances:
-            acceleration(model, data, SITE, a, one, 0)
-            acceleration(model, data, SITE, b, two, 0)
-            mujoco.mj_objectVelocity(model, data, SITE, a, self._speeds[0], 0)
-            mujoco.mj_objectVelocity(model, data, SITE, b, self._speeds[1], 0)
-            change = two[3:] - one[3:]
-            speed = self._speeds[1, 3:] - self._speeds[0, 3:]
-            between = data.site_xpos[b] - data.site_xpos[a]
+        for site, out in self._calls:
+            acceleration(model, data, SITE, site, out, 0)
+        change = self._one - self._two
+        bias: Array = change.ravel().take(self._index)
+        for row, tendon, k, a, b in self._distances:
+            one, two = self._speeds
+            mujoco.mj_objectVelocity(model, data, SITE, a, one, 0)
+            mujoco.mj_objectVelocity(model, data, SITE, b, two, 0)
+            speed, between = one[3:] - two[3:], data.site_xpos[a] - data.site_xpos[b]
             length, along = float(data.ten_length[tendon]), float(data.ten_velocity[tendon])
-            bias[row] = (float(speed.dot(speed)) - along * along + float(between.dot(change))) / length
+            bias[row] = (float(speed.dot(speed)) - along * along + float(between.dot(change[k, 3:]))) / length
+        return bias
 
 
 def _moving(model: mujoco.MjModel, site: int) -> Array:

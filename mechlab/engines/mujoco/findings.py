@@ -74,6 +74,10 @@ class FrictionWatch:
         self._rates.append(rates)
         self._standing.append(standing)
 
+    def cut(self, count: int) -> None:
+        """Keep the first `count` samples alone."""
+        del self._rates[count:], self._standing[count:]
+
     def finding(self, t: list[float], tolerance: float, timestep: float) -> Finding | None:
         """The finding "friction" of the run; None without dry friction."""
         how = f"is of first order in the step ({timestep:g} s) whatever the integrator, and creeps instead of sticking"
@@ -260,11 +264,12 @@ class LoopWatch:
         self.limit = OPEN_LOOP * smallest_link(map_.mechanism)
         self.names = [x.name for x in map_.mechanism.loops if x.kind != "distance"]
         self.worst: tuple[float, float, str] | None = None
+        self._watches = bool(self.names) and math.isfinite(self.limit)
         self._rows = -1
 
     def opened(self, t: float, data: mujoco.MjData) -> bool:
         """True when the distance between the two sides of any loop is beyond the limit; remembers which and how far."""
-        if not self.names or not np.isfinite(self.limit):
+        if not self._watches:
             return False
         if data.ne != self._rows:  # the rows of equalities keep their places while their number is the same
             self._points = np.array([self.map.rows(data, name)[:3] for name in self.names])
@@ -278,6 +283,11 @@ class LoopWatch:
             self.worst = (t, float(gaps[k]), self.names[k])
         return self.worst is not None
 
+    def cut(self, t: float) -> None:
+        """Forget a loop that opened after the time t [s]."""
+        if self.worst is not None and self.worst[0] > t:
+            self.worst = None
+
     def finding(self, duration: float) -> Finding | None:
         """The error finding "loop_open", or None when no loop opened."""
         if self.worst is None:
@@ -289,12 +299,12 @@ class LoopWatch:
 MASS_LIMIT = 1e-6
 
 
-def masses_finding(map_: MujocoMap, q: Array) -> Finding | None:
+def masses_finding(map_: MujocoMap, q: Array, data: mujoco.MjData | None = None) -> Finding | None:
     """Finding "engine_masses" (an error) where the engine's mass matrix at q (nq,) is not that of the mechanism; None where
-    it is, within LIMIT of sqrt(M_ii M_jj), or where connectors that the mechanism lacks carry a part of the masses."""
+    it is, within LIMIT of sqrt(M_ii M_jj), or where connectors that the mechanism lacks carry a part of the masses. data: scratch."""
     if len(map_.other_dof):
         return None
-    data = mujoco.MjData(map_.model)
+    data = mujoco.MjData(map_.model) if data is None else data
     data.qpos[:] = map_.engine_coordinates(q)
     mujoco.mj_fwdPosition(map_.model, data)
     own = TreeKinematics(map_.mechanism, q).mass_matrix()

@@ -12,7 +12,7 @@ import numpy as np
 from mechlab.engines.mujoco.closure import Connector, equality_jacobian, find_connectors
 from mechlab.engines.mujoco.control import compiling, engine
 from mechlab.errors import MechlabError, unknown
-from mechlab.experiment.scene import Settings
+from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Settings
 from mechlab.formats.mjcf.write import to_mjcf
 from mechlab.formats.mjcf.write_loops import axis_name, body_name, tendon_name
 from mechlab.mechanism.geometry import Array
@@ -22,9 +22,15 @@ Indices = np.ndarray
 Model = mujoco.MjModel
 
 
+_AS_COMPILED = Settings()
+_SOFT = ("eq_{}", "jnt_{}", "dof_{}", "tendon_{}_lim", "tendon_{}_fri")
+"""Arrays of the softness of rows: equalities, ends of ranges and dry friction of joints, of tendons."""
+_DEFAULT_SOLREF, _DEFAULT_SOLIMP = (0.02, 1.0), (0.9, 0.95, 0.001, 0.5, 2.0)
+
+
 @lru_cache(maxsize=32)
-def _compiled(mechanism: Mechanism, settings: Settings | None) -> mujoco.MjModel:
-    text = to_mjcf(mechanism, settings)
+def _compiled(mechanism: Mechanism) -> mujoco.MjModel:
+    text = to_mjcf(mechanism, _AS_COMPILED)
     try:
         with compiling():
             return mujoco.MjModel.from_xml_string(text)
@@ -32,12 +38,28 @@ def _compiled(mechanism: Mechanism, settings: Settings | None) -> mujoco.MjModel
         raise MechlabError(f"{mechanism.name}: MuJoCo refuses the model: {error}") from None
 
 
+def _retune(model: mujoco.MjModel, settings: Settings) -> None:
+    """Give a compiled model the timestep, the integrator and the softness of other settings: all that they change in its text."""
+    kind = settings.integrator if settings.integrator in MUJOCO_INTEGRATORS else "RK4"
+    model.opt.timestep = settings.timestep
+    model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{kind.upper()}")
+    for name in _SOFT:
+        for what, written, wanted in (
+            ("solref", _AS_COMPILED.solref, settings.solref or _DEFAULT_SOLREF),
+            ("solimp", _AS_COMPILED.solimp, settings.solimp or _DEFAULT_SOLIMP),
+        ):
+            values = getattr(model, name.format(what))
+            values[(values == written).all(axis=1)] = wanted
+
+
 def to_mujoco(mechanism: Mechanism, settings: Settings | None = None) -> tuple[mujoco.MjModel, mujoco.MjData]:
     """A fresh model and its data in the reference pose, evaluated (mj_forward).
 
     The model is the caller's own: the compiled one is kept and copied. Raises MechlabError when MuJoCo refuses it.
     """
-    model = copy.copy(_compiled(mechanism, settings))
+    model = copy.copy(_compiled(mechanism))
+    if settings is not None:
+        _retune(model, settings)
     data = mujoco.MjData(model)
     with engine():
         mujoco.mj_forward(model, data)

@@ -91,22 +91,32 @@ class MujocoPlant:
             return self._tree().mass_matrix()
         return self.map.mass_matrix(self.data)
 
+    def mass_times(self, x: Array) -> Array:
+        """(nv,) M x."""
+        if not self._in_order:
+            return self.mass_matrix() @ x
+        out = np.empty(len(x))
+        mujoco.mj_mulM(self.model, self.data, out, x)
+        return out
+
     def bias(self) -> Array:
         """(nv,) h of M a + h = applied + J^T reactions: velocity, gravity and passive terms (springs, dampers).
 
         Dry friction is not in it: MuJoCo has it as a constraint.
         """
-        dof = self.map.dof
-        velocity_terms = self._tree().bias_force() if self._split else self.data.qfrc_bias[dof]
-        return np.asarray(velocity_terms - self.data.qfrc_passive[dof])
+        data, dof = self.data, self.map.dof
+        if self._in_order:
+            return np.asarray(data.qfrc_bias - data.qfrc_passive)
+        velocity_terms = self._tree().bias_force() if self._split else data.qfrc_bias[dof]
+        return np.asarray(velocity_terms - data.qfrc_passive[dof])
 
     def jacobian(self) -> Array:
         """(rows, nv) constraint Jacobian of loops and relations."""
-        return self._rows()[0]
+        return self.constraint_rows()[0]
 
     def constraint_bias(self) -> Array:
         """(rows,) dJ/dt v."""
-        return self._rows()[1]
+        return self.constraint_rows()[1]
 
     # -- kept for one state ------------------------------------------------------------------------------------------
 
@@ -147,7 +157,8 @@ class MujocoPlant:
             self._tree_state = state
         return self._numpy[0]
 
-    def _rows(self) -> tuple[Array, Array]:
+    def constraint_rows(self) -> tuple[Array, Array]:
+        """`jacobian` and `constraint_bias`."""
         state = self._state()
         if state != self._rows_state:
             if self._split:

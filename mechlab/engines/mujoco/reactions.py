@@ -118,6 +118,12 @@ class Reactions:
             self._kept["wrench"].append(data.cfrc_int[self._connectors])
             self._kept["centre"].append(data.subtree_com[self._roots])
 
+    def cut(self, count: int) -> None:
+        """Keep the first `count` states alone."""
+        del self._counts[count:]
+        for kept in self._kept.values():
+            del kept[count:]
+
     def accelerations(self) -> Array:
         """(n, nv) accelerations of the kept states."""
         return self.map.rates(np.array(self._kept["qacc"]))

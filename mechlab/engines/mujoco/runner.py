@@ -71,6 +71,8 @@ def _run(mechanism: Mechanism, scene: Scene, chosen: Settings, steps: Grid, judg
         blow_up, cpu, done = advance(model, data, map_, steps, samples.take, sparsely if sparse else None)
     move_cost("record", "integrate", cpu)
     with spent_on("record"):
+        if samples.cut():  # the run ends there, whatever came after
+            blow_up, done = None, steps.samples[len(samples.t) - 1]
         channels, units = samples.channels()
     found = Health()
     with spent_on("check"):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Protocol
+from typing import Protocol, cast
 
 import mujoco
 import numpy as np
@@ -16,6 +16,9 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.findings import ModeWatch
 from mechlab.experiment.recording import run_channels
 from mechlab.mechanism.geometry import Array
+
+WATCHED = 32
+"""Samples whose assembly mode is told at once."""
 
 
 class ForceSource(Protocol):
@@ -43,33 +46,58 @@ class RunSamples:
         self.model, self.data, self.map, self.driver = model, data, map_, driver
         self.reactions = Reactions(map_)
         self.watch = watch
+        self._motion = data.qpos, data.qvel, data.qacc
         self.loops = LoopWatch(map_)
         self.friction = FrictionWatch(map_)
         self.t: list[float] = []
         self._states: list[tuple[Array, Array]] = []
         self._force: list[list[float]] = []
         self._work: list[float] = []
+        self._looked_at, self._last = 0, cast("int | None", None)
         self.more_work: Array | float = 0.0
         self.allowance = 0.0
 
     def take(self, t: float) -> bool:
-        """Evaluate the present state and record it; a state that is not finite is left out. True: end the run here,
-        a loop has opened or the assembly mode is not the one to keep."""
-        data = self.data
+        """Evaluate the present state and record it; a state that is not finite is left out. True: end the run here, a loop has
+        opened, or the assembly mode, which is looked at once in WATCHED samples, is not the one to keep: `cut` says where."""
+        data, (qpos, qvel, qacc) = self.data, self._motion
         self.driver.sampling = True
         mujoco.mj_forward(self.model, data)
         self.driver.sampling = False
-        if not finite(data.qacc):
+        if not finite(qacc):
             if not self.t:
                 raise MechlabError(f"{self.map.mechanism.name}: MuJoCo's accelerations at t = 0 are not finite.")
             return False
         self.t.append(t)
-        self._states.append((data.qpos.copy(), data.qvel.copy()))
+        self._states.append((qpos.copy(), qvel.copy()))
         self.reactions.keep(data)
         self._force.append(self.driver.now())
         self._work.append(self.driver.work)
         self.friction.take(data)
-        return self.loops.opened(t, data) or (self.watch.watches and self.watch.changed(self.map.coordinates(data.qpos)))
+        return self.loops.opened(t, data) or (self.watch.watches and self._mode_lost(WATCHED))
+
+    def _mode_lost(self, least: int) -> bool:
+        """Whether the assembly mode changed in the samples that were not looked at yet; they are looked at from `least` on."""
+        if len(self._states) - self._looked_at < least:
+            return False
+        qpos = np.array([x for x, _ in self._states[self._looked_at :]]).reshape(-1, self.model.nq)
+        change = self.watch.first_change(self.map.coordinates(qpos))
+        self._last = None if change is None else self._looked_at + change
+        self._looked_at = len(self._states)
+        return change is not None
+
+    def cut(self) -> bool:
+        """Drop the samples after the first in another assembly mode than the one to keep; whether there is such a sample."""
+        if self._last is None and not self._mode_lost(0):
+            return False
+        assert self._last is not None
+        count = self._last + 1
+        for kept in (self.t, self._states, self._force, self._work):
+            del kept[count:]
+        self.reactions.cut(count)
+        self.friction.cut(count)
+        self.loops.cut(self.t[-1])
+        return True
 
     @cached_property
     def states(self) -> tuple[Array, Array]:

@@ -65,7 +65,7 @@ def recording_of(session: Kept) -> Recording:
     some = np.unique(np.linspace(0, len(rows) - 1, min(len(rows), MAX_SAMPLES)).round().astype(int))
     data = mujoco.MjData(s.model)
     replay = _Replay(s, data)
-    samples = RunSamples(s.model, data, s.map, replay, ModeWatch(m, s.scene.keep_mode))
+    samples = RunSamples(s.model, data, s.map, replay, ModeWatch(m, ()))
     work = s.fed + s.called
     spec = mujoco.mjtState.mjSTATE_FULLPHYSICS
     with controlled(data, replay.laws) if replay.laws.called else engine():

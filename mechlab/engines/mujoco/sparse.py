@@ -27,7 +27,7 @@ def sparse_is_right(model: mujoco.MjModel, data: mujoco.MjData) -> bool:
     """Whether steps of a model may use the sparse Jacobian: it is large, equalities are its only constraints, and accelerations
     agree with dense ones at the state of `data` and at random states near it. `data` and the options of the model stay as they are.
     """
-    if model.nv <= LARGE or not _only_equalities(model):
+    if model.nv <= LARGE or not only_equalities(model):
         return False
     rng = np.random.default_rng(17)
     trial = mujoco.MjData(model)
@@ -66,7 +66,7 @@ def _acceleration(model: mujoco.MjModel, data: mujoco.MjData, kind: mujoco.mjtJa
     return data.qacc.copy()
 
 
-def _only_equalities(model: mujoco.MjModel) -> bool:
+def only_equalities(model: mujoco.MjModel) -> bool:
     """Whether no limit, no dry friction and no contact can ever become a row beside those of the equalities."""
     limited = np.any(model.jnt_limited) or np.any(model.tendon_limited)
     friction = np.any(model.dof_frictionloss) or np.any(model.tendon_frictionloss)

@@ -22,7 +22,6 @@ INTEGRATION_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 """All that the next step depends on."""
 UNSOLVED = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
 """Warnings of the engine that say that a run has blown up."""
-_UNSOLVED = tuple(int(k) for k in UNSOLVED)
 
 
 class Coordinates(Protocol):
@@ -102,23 +101,24 @@ def advance(
     solver remembers is put back, so that sampling does not change the motion by a bit. Returns what went wrong, the
     CPU seconds of stepping, and the number of steps.
     """
-    cpu, done = 0.0, 0
+    cpu, done, take, clock = 0.0, 0, step or take_steps, time.thread_time
+    fault, accelerations, memory = _Fault(data), data.qacc, data.qacc_warmstart
     state = np.empty(mujoco.mj_stateSize(model, INTEGRATION_STATE))
     for here in steps.samples:
         if here > done:
             mujoco.mj_getState(model, data, state, INTEGRATION_STATE)
-            start = time.thread_time()
-            (step or take_steps)(model, data, steps, done, here)
-            cpu += time.thread_time() - start
-            if _fault(data) is not None:
-                return _locate(model, data, map_, steps, state, done, here, step or take_steps), cpu, here
+            start = clock()
+            take(model, data, steps, done, here)
+            cpu += clock() - start
+            if fault.seen():
+                return _locate(model, data, map_, steps, state, done, here, take), cpu, here
             done = here
         data.time = steps.t(here)
-        memory = data.qacc_warmstart.copy()
+        kept = memory.copy()
         stop = sample(data.time)
-        if not finite(data.qacc):  # of the state, only the accelerations are new
+        if not finite(accelerations):  # of the state, only the accelerations are new
             return SteppingEnd(data.time, end_reason(data, map_, data.qvel)), cpu, done
-        data.qacc_warmstart[:] = memory
+        memory[:] = kept
         if stop:
             break
     return None, cpu, done
@@ -149,13 +149,21 @@ def finite(values: Array) -> bool:
     return math.isfinite(values.dot(values)) or bool(np.all(np.isfinite(values)))
 
 
-def _fault(data: mujoco.MjData) -> str | None:
-    if not (finite(data.qpos) and finite(data.qvel) and finite(data.qacc)):
-        return "not finite"
-    counts = data.warning.number
-    if np.max(np.abs(data.qvel), initial=0.0) > RATE_LIMIT or any(counts[k] for k in _UNSOLVED):
-        return "huge"
-    return None
+class _Fault:
+    """Whether a run has blown up: a number that is not finite, a rate beyond RATE_LIMIT, or one of the engine's warnings."""
+
+    def __init__(self, data: mujoco.MjData) -> None:
+        self._state = data.qpos, data.qvel, data.qacc
+        self._position, self._rate, self._acceleration = (data.warning[k] for k in UNSOLVED)
+
+    def seen(self) -> bool:
+        """Whether it has."""
+        q, v, a = self._state
+        speed = v.dot(v)
+        if not (math.isfinite(q.dot(q) + a.dot(a)) and speed <= RATE_LIMIT**2):  # mostly the sums of squares tell
+            if not (finite(q) and finite(v) and finite(a)) or np.max(np.abs(v), initial=0.0) > RATE_LIMIT:
+                return True
+        return bool(self._position.number or self._rate.number or self._acceleration.number)
 
 
 def _locate(
@@ -172,11 +180,11 @@ def _locate(
     mujoco.mj_setState(model, data, state, INTEGRATION_STATE)
     for k in UNSOLVED:
         data.warning[k].number = 0
-    before = data.qvel.copy()
+    before, fault = data.qvel.copy(), _Fault(data)
     for k in range(start, end):
         before[:] = data.qvel
         step(model, data, steps, k, k + 1)
-        if _fault(data) is not None:
+        if fault.seen():
             return SteppingEnd(steps.t(k + 1), end_reason(data, map_, before))
     return SteppingEnd(steps.t(end), end_reason(data, map_, before))
 

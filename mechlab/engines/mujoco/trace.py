@@ -123,7 +123,7 @@ def _driven(
         return engine
     driver = Driver(mechanism, scene.laws, MujocoPlant(mechanism, model, data, map_))
     driver.sampling = sampling
-    return lambda: controlled(data, driver)
+    return lambda: controlled(data, driver.push)
 
 
 def adaptive(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) -> Trace:

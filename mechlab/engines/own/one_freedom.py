@@ -27,7 +27,8 @@ from mechlab.experiment.findings import (
     sticks,
     stopped_finding,
 )
-from mechlab.experiment.laws import Law, LawStates, applied_force
+from mechlab.experiment.laws import Law
+from mechlab.experiment.laws.compiled import CompiledLaws
 from mechlab.experiment.prices import CLOSED_POSE, ONE_FREEDOM, Price, price_of_laws
 from mechlab.experiment.recording import Cost, Health, Recording, limit_finding, over_samples, run_channels
 from mechlab.experiment.scene import Scene, Settings, initial_state, sample_grid
@@ -89,10 +90,8 @@ class OneFreedom:
         tolerance: float = PATH_ERROR,
         timestep: float = 1e-3,
     ) -> None:
-        for law in laws:
-            for name in law.targets():
-                mechanism.row(name)
-        self.mechanism, self.laws, self.memory = mechanism, laws, LawStates(laws)
+        self.mechanism, self.laws, self.applied = mechanism, laws, CompiledLaws(mechanism, laws)
+        self.memory = self.applied.states
         self.path, self.turn = choose_path(mechanism, q)
         self.coordinate = self.path.coordinate
         self._price, self._pose = ONE_FREEDOM.of(mechanism) + price_of_laws(laws), CLOSED_POSE.of(mechanism)
@@ -150,13 +149,17 @@ class OneFreedom:
         q, u, _, (inertia, half_slope, weight, damping) = self.split(self.table(phi))
         self.plant.move(t, q, u, w)
         self.memory.put(self.plant, y[3:])
-        applied, self.forces = applied_force(self.mechanism, self.laws, t, self.plant)
+        laws = self.applied
+        laws.put(t, q, w * u)
+        laws.put_states(y[3:])
+        forces, applied = laws.forces(t, self.plant)
+        self.forces = dict(zip(laws.targets, forces.tolist(), strict=True))
         push = float(applied @ u) + float(damping) * w
         for (size, row), width in zip(self._rough, self.width, strict=True):
             along = float(row @ u)
             push -= size * along * float(np.tanh(along * w / width))
         return Terms(
-            float(inertia), float(half_slope), push + float(weight), push * w, self.memory.rate(t, self.plant, y[3:])
+            float(inertia), float(half_slope), push + float(weight), push * w, laws.state_rates(t, self.plant)
         )
 
 

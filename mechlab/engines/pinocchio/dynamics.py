@@ -12,7 +12,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from mechlab.engines.pinocchio.constraints import PinConstraints
@@ -139,8 +138,7 @@ class PinPlant:
     def mass_matrix(self) -> Array:
         """(nv, nv): Pinocchio's composite rigid body algorithm with armatures, and J c c^T of every shaft."""
         if self._mass is None:
-            pin.crba(self.kin.model, self.kin.data, self.kin.q_pin)
-            mass = self.kin.data.M.copy()
+            mass = self.kin.work.mass(self.kin.q_pin)
             np.copyto(mass, mass.T, where=self._lower)
             self._mass = mass + self.passive.inertia if self.passive.has_shaft_inertia else mass
         return self._mass
@@ -151,7 +149,7 @@ class PinPlant:
         Dry friction is not in it: it has no value at rest. The runner adds it smoothed and says so.
         """
         if self._bias is None:
-            nle = pin.nonLinearEffects(self.kin.model, self.kin.data, self.kin.q_pin, self.v)
+            nle = self.kin.work.nonlinear(self.kin.q_pin, self.v)
             self._bias = nle + self.passive.force(self.kin, self.v)
         return self._bias
 
@@ -197,11 +195,8 @@ class PinPlant:
         return self.kin.jacobian(self.mechanism.frame(frame).body, self.point(frame))
 
     def masses(self) -> list[MassShare]:
-        """All that moves as one body: Pinocchio's composite inertia and momentum about the centre of mass."""
-        data = self.kin.pin.create_data()
-        pin.ccrba(self.kin.model, data, self.kin.q_pin, self.v)
-        pin.centerOfMass(self.kin.model, data, self.kin.q_pin)
-        return [MassShare(data.Ig.mass, data.com[0], data.Ig.inertia, data.hg.linear, data.hg.angular)]
+        """All that moves as one body, or as a few of them: Pinocchio's composite inertia and momentum about the centre of mass."""
+        return self.kin.work.moving(self.kin.q_pin, self.v)
 
     def lines(self) -> Array:
         """(loop rows, 6) force line of each loop row on body b: force, moment about the world's origin, per unit."""

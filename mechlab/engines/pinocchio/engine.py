@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from mechlab.engines.pinocchio.closer import kept_closer
@@ -76,19 +75,28 @@ class Pinocchio(Engine):
         return CONSTRAINED if fits(mechanism, laws) else EQUATIONS
 
     def accelerations(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, force: ArrayLike | None = None) -> Array:
-        """(nv,) by the factored equations; of a tree without shafts by the articulated-body algorithm (pin.aba)."""
-        plant = PinPlant(mechanism, q, v)
-        applied = np.zeros(mechanism.nv) if force is None else np.asarray(force, dtype=float)
-        if len(plant.constraints) or plant.passive.has_shaft_inertia:
-            return plant.accelerations(applied)[0]
-        tau = applied - plant.passive.force(plant.kin, plant.v)
-        return np.array(pin.aba(plant.kin.model, plant.kin.data, plant.kin.q_pin, plant.v, tau))
+        """(nv,) by the factored equations; of a tree without shafts by the articulated-body algorithm (pin.aba). (n, nv) of n states
+        q (n, nq), v (n, nv) under forces (n, nv)."""
+        plant = PinPlant(mechanism)
+        q, v = np.asarray(q, dtype=float), np.asarray(v, dtype=float)
+        applied = np.zeros(v.shape) if force is None else np.asarray(force, dtype=float)
+        if q.ndim == 1:
+            return _accelerations(plant, q, v, applied)
+        return np.array([_accelerations(plant, *state) for state in zip(q, v, applied, strict=True)])
 
     def assemble(
         self, mechanism: Mechanism, given: Mapping[str, Any], start: ArrayLike | None = None, steps: int = 10
     ) -> Solved:
         """See `mechlab.engines.pinocchio.inverse.assemble`."""
         return assemble(mechanism, given, start=start, steps=steps)
+
+
+def _accelerations(plant: PinPlant, q: Array, v: Array, applied: Array) -> Array:
+    plant.set(q, v)
+    if len(plant.constraints) or plant.passive.has_shaft_inertia:
+        return plant.accelerations(applied)[0]
+    tau = applied - plant.passive.force(plant.kin, plant.v)
+    return plant.kin.work.forward(plant.kin.q_pin, plant.v, tau).copy()
 
 
 ENGINES = {"pinocchio": Pinocchio()}

@@ -17,7 +17,8 @@ from mechlab.engines.pinocchio.dynamics import PinPlant
 from mechlab.engines.pinocchio.reactions import channels
 from mechlab.engines.state import RATE_LIMIT, BlowUp, Instant
 from mechlab.errors import MechlabError
-from mechlab.experiment.laws import AppliedForce, Law, LawStates, applied_force
+from mechlab.experiment.laws import Law, LawStates, applied_force
+from mechlab.experiment.laws.compiled import CompiledLaws
 from mechlab.experiment.prices import EQUATIONS, price_of_laws
 from mechlab.integrate import count_work
 from mechlab.mechanism.constraints import ConstraintSet
@@ -54,7 +55,7 @@ class Equations:
         self._correction = EQUATIONS.of(mechanism)
         self.price = self._correction + price_of_laws(laws)
         self.units = row_units(mechanism, ConstraintSet(mechanism))
-        self.applied = AppliedForce(mechanism, laws)
+        self.applied = CompiledLaws(mechanism, laws)
         self.quaternions = [mechanism.q_slice[j.name] for j in mechanism.joints if j.kind == "spherical"]
         self.turns = [mechanism.v_slice[j.name] for j in mechanism.joints if j.kind == "spherical"]
         columns = self.plant.passive.columns
@@ -121,14 +122,22 @@ class Equations:
         count_work(self.price)
         plant = self.move(t, y)
         try:
-            force, by_name = self.applied(t, plant)
+            forces, force = self._pushes(t, plant, y)
             force, a, reactions = (forward or self.forward)(force)
         except (MechlabError, np.linalg.LinAlgError, OverflowError, ZeroDivisionError) as problem:
             raise BlowUp(t, str(problem)) from problem
         if not (math.isfinite(a.dot(a)) or np.isfinite(a).all()):
             raise BlowUp(t, "the accelerations are not finite (is a law's force not finite?)")
         power = float(force @ plant.v) - plant.passive.loss(plant.kin, plant.v)
-        return Instant(a, reactions, by_name, power)
+        return Instant(a, reactions, dict(zip(self.applied.targets, forces.tolist(), strict=True)), power)
+
+    def _pushes(self, t: float, plant: PinPlant, y: Array) -> tuple[Array, Array]:
+        """Forces of the laws on their targets, and the generalised force (nv,), at the state of the plant."""
+        laws = self.applied
+        laws.put(t, plant.q, plant.v)
+        if len(self.memory):
+            laws.put_states(self.law_states(y))
+        return laws.forces(t, plant)
 
     def slope(self, t: float, y: Array, forward: Forward | None = None) -> Array:
         """dy/dt; forward as in `instant`."""
@@ -141,7 +150,7 @@ class Equations:
             dq[qs] = 0.5 * quaternion_product(q[qs], np.concatenate([[0.0], v[vs]]))
         out[self._nq : self._end] = now.a
         if len(self.memory):
-            out[self._end : -1] = self.memory.rate(t, self.plant, self.law_states(y))
+            out[self._end : -1] = self.applied.state_rates(t, self.plant)
         out[-1] = now.power
         return out
 

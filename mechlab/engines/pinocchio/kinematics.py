@@ -4,8 +4,9 @@ of a named frame.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
-import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from mechlab.engines.pinocchio.model import PinModel, to_pinocchio
@@ -25,7 +26,7 @@ class PinKinematics:
         self.pin = mechanism if isinstance(mechanism, PinModel) else to_pinocchio(mechanism)
         self.mechanism = self.pin.mechanism
         self.model = self.pin.model
-        self.data = self.pin.create_data()
+        self.work = self.pin.workspace()
         self.pose_count = 0
         self.q, self._state = np.zeros(0), b""
         self.support = np.zeros((self.model.njoints, self.model.nv))
@@ -50,20 +51,16 @@ class PinKinematics:
             self.pose_count += 1
         self.still = v is None
         self.v = np.zeros(m.nv) if v is None else v
-        self._placed = False
+        self._placed: Any = None
         self._twists: tuple[Array, Array] | None = None
         return self
 
-    def placed(self) -> pin.Data:
-        """Pinocchio's data with placements `oMi`, joint columns `J` and their rates `dJ` of the present state; computed
+    def placed(self) -> Any:
+        """Pinocchio's data with placements `oMi`, joint columns `J` and their rates `dJ` of the present state (or `Placed`); computed
         when first asked for, as a tree without loops does its dynamics without them."""
-        if not self._placed:
-            if self.still:
-                pin.computeJointJacobians(self.model, self.data, self.q_pin)
-            else:
-                pin.computeJointJacobiansTimeVariation(self.model, self.data, self.q_pin, self.v)
-            self._placed = True
-        return self.data
+        if self._placed is None:
+            self._placed = self.work.place(self.q_pin, None if self.still else self.v)
+        return self._placed
 
     @property
     def spatial(self) -> Array:

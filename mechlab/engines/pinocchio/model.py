@@ -9,7 +9,8 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
-from mechlab.errors import EngineMissing, MechlabError, Untrustworthy
+from mechlab.engines.pinocchio.workspace import Part, Workspace, parts_of, refuse_long_branches
+from mechlab.errors import MechlabError, Untrustworthy
 from mechlab.mechanism.geometry import Array, Placement
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import GROUND, Joint
@@ -32,12 +33,12 @@ class PinModel:
     joint_of: dict[str, int]
     offset_of: dict[str, tuple[Array, Array]]
     quaternions: tuple[int, ...]
-    unused: list[pin.Data] = field(default_factory=list, compare=False, repr=False)
-    """The workspace that the check of the model left. Its size grows with the cube of the rates: 1.4 GB and 0.4 s for 300."""
+    unused: list[list[Part]] = field(default_factory=list, compare=False, repr=False)
+    """The workspace that the check of the model left."""
 
-    def create_data(self) -> pin.Data:
+    def workspace(self) -> Workspace:
         """A fresh workspace for the model."""
-        return self.unused.pop() if self.unused else self.model.createData()
+        return Workspace(self.model, self.unused.pop() if self.unused else parts_of(self.model))
 
     def to_pin(self, q: ArrayLike) -> Array:
         """(nq,) Pinocchio's coordinates, quaternions (x, y, z, w) normalised, of a Mechanism's, (w, x, y, z)."""
@@ -60,8 +61,6 @@ class PinModel:
         return out
 
 
-MOST_RATES = 450
-"""A workspace (pin.Data) takes 44 bytes times the cube of the rates, for derivatives of second order: 4 GB for so many."""
 _KEPT: list[PinModel] = []
 
 
@@ -81,13 +80,8 @@ def build(mechanism: Mechanism) -> PinModel:
 
     Several joints of a body become a chain of pin joints at one point, the last of which carries the inertia; the
     inertia of a body without joints goes to its parent. Raises Untrustworthy when Pinocchio's own check of the model
-    fails (its mass matrix would be wrong).
+    fails (its mass matrix would be wrong), EngineMissing for a branch of the tree that is too large for its workspace.
     """
-    if mechanism.nv > MOST_RATES:
-        raise EngineMissing(
-            f"Pinocchio cannot take {mechanism.name!r}: its workspace for {mechanism.nv} rates would be {44e-9 * mechanism.nv**3:.0f} GB "
-            f"(it grows with the cube of the rates; limit {MOST_RATES} rates). Ask another engine."
-        )
     model = pin.Model()
     model.name = mechanism.name
     model.gravity = pin.Motion(np.array(mechanism.gravity), np.zeros(3))
@@ -114,13 +108,14 @@ def build(mechanism: Mechanism) -> PinModel:
     for frame in mechanism.frames:
         placement = _se3(offset_of[frame.body]) * _se3_of(frame.placement)
         model.addFrame(pin.Frame(frame.name, joint_of[frame.body], placement, pin.FrameType.OP_FRAME), False)
-    data = model.createData()
-    if not model.check(data):
+    refuse_long_branches(mechanism.name, model)
+    parts = parts_of(model)
+    if not all(p.model.check(p.data) for p in parts):
         raise Untrustworthy(
             f"{mechanism.name}: Pinocchio refuses the order of the joints; its mass matrix would be silently wrong. "
             "Sort the bodies with mechlab.mechanism.tree."
         )
-    return PinModel(mechanism, model, joint_of, offset_of, tuple(quaternions), [data])
+    return PinModel(mechanism, model, joint_of, offset_of, tuple(quaternions), [parts])
 
 
 def _check_place(mechanism: Mechanism, model: pin.Model, joint: Joint, index: int) -> None:

@@ -141,14 +141,12 @@ def joint_wrenches(plant: PinPlant, a: Array, reactions: Array) -> dict[str, Wre
         end_a, end_b, force = spring_pull(kin, spring)
         external[kin.pin.joint_of[spring.body_b]] += np.concatenate([force, cross(end_b, force)])
         external[kin.pin.joint_of[spring.body_a]] -= np.concatenate([force, cross(end_a, force)])
-    local = pin.StdVec_Force()
-    for j in range(model.njoints):
-        local.append(data.oMi[j].actInv(pin.Force(external[j])) if j else pin.Force.Zero())
-    pin.rnea(model, data, kin.q_pin, plant.v, a, local)
+    local = [data.oMi[j].actInv(pin.Force(external[j])) if j else pin.Force.Zero() for j in range(model.njoints)]
+    through = kin.work.through_joints(kin.q_pin, plant.v, a, local)
     out: dict[str, Wrench] = {}
     for j in range(1, model.njoints):
         rotation, point = data.oMi[j].rotation.copy(), data.oMi[j].translation.copy()
-        out[model.names[j]] = Wrench(point, rotation @ data.f[j].linear, rotation @ data.f[j].angular, rotation)
+        out[model.names[j]] = Wrench(point, rotation @ through[j].linear, rotation @ through[j].angular, rotation)
     return out
 
 

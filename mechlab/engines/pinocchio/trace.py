@@ -18,8 +18,10 @@ import pinocchio as pin
 from mechlab.engines.pinocchio.form import rigid_constraints
 from mechlab.engines.pinocchio.model import PinModel, build
 from mechlab.engines.pinocchio.runner import run
+from mechlab.engines.pinocchio.workspace import refuse_large
 from mechlab.engines.state import RATE_LIMIT
 from mechlab.experiment.laws import Law
+from mechlab.experiment.laws.compiled import CompiledLaws
 from mechlab.experiment.prices import CONSTRAINED, price_of_laws
 from mechlab.experiment.recording import Trace
 from mechlab.experiment.scene import Scene, Settings, initial_state
@@ -63,6 +65,7 @@ class ConstrainedDynamics:
     def __init__(self, mechanism: Mechanism, laws: tuple[Law, ...], kp: float, kd: float, mu: float = MU) -> None:
         self.mechanism, self.laws = mechanism, laws
         self.price = CONSTRAINED.of(mechanism) + price_of_laws(laws)
+        refuse_large(mechanism.name, mechanism.nv)
         made = build(mechanism)
         self.model = made.model
         self.springs = [_Spring(made, s) for s in mechanism.springs]
@@ -78,14 +81,11 @@ class ConstrainedDynamics:
         self.stiffness = np.array([j.stiffness for j in joints])
         self.rest = np.array([j.spring_rest - j.zero for j in joints])
         self.passive = bool(np.any(self.damping) or np.any(self.stiffness))
-        self.constant = np.zeros(mechanism.nv)
-        self.moving: list[tuple[Law, dict[str, Array]]] = []
-        for law in laws:
-            if law.kind == "constant":
-                self.constant += law.value * mechanism.row(law.on)  # type: ignore[attr-defined]
-            else:
-                self.moving.append((law, {n: mechanism.row(n) for n in law.targets()}))
+        self.applied = CompiledLaws(mechanism, laws)
         self.t, self.q, self.v = 0.0, np.zeros(mechanism.nq), np.zeros(mechanism.nv)
+        self.applied.put(self.t, self.q, self.v)
+        self.constant = self.applied.affine_force()
+        self.driven = not self.applied.constant
 
     def value(self, name: str) -> float:
         """Value of a joint or shaft, for the laws."""
@@ -95,17 +95,21 @@ class ConstrainedDynamics:
         """Rate of a joint or shaft, for the laws."""
         return float(self.mechanism.row(name) @ self.v)
 
+    def _pushes(self, t: float, q: Array, v: Array) -> Array:
+        """(nv,) generalised force of the laws."""
+        laws = self.applied
+        laws.put(t, q, v)
+        if laws.affine:
+            return laws.affine_force()
+        self.t, self.q, self.v = t, q, v
+        return laws.forces(t, self)[1]  # type: ignore[arg-type]
+
     def __call__(self, t: float, q: Array, v: Array) -> Array:
         """(nv,) accelerations."""
         count_work(self.price)
-        tau = self.constant
+        tau = self._pushes(t, q, v) if self.driven else self.constant
         if self.passive:
             tau = tau - self.damping * v - self.stiffness * (q - self.rest)
-        if self.moving:
-            self.t, self.q, self.v = t, q, v
-            for law, rows in self.moving:
-                for name, f in law.force(t, self).items():  # type: ignore[arg-type]
-                    tau = tau + f * rows[name]
         if self.springs:
             pin.computeJointJacobians(self.model, self.data, q)
             for spring in self.springs:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 
 from mechlab.errors import MechlabError
+from mechlab.experiment.laws.formula import Affine, Formula, within
 from mechlab.experiment.laws.protocol import OnOne, Plant, register
 from mechlab.experiment.motion import PrescribedMotion
 from mechlab.mechanism.geometry import Array
@@ -42,6 +43,12 @@ class Servo(OnOne):
         x, dx, _ = self.motion.at(t)
         f = self.stiffness * (x - plant.value(self.on)) + self.damping * (dx - plant.rate(self.on)) + self.feedforward
         return {self.on: min(max(f, -self.limit), self.limit)}
+
+    def formulas(self) -> tuple[Formula, ...]:
+        """See `mechlab.experiment.laws.formula`."""
+        k, d = self.stiffness, self.damping
+        raw = Affine(self.feedforward, ((self.motion, (k, d, 0.0)),), ((self.on, -k),), ((self.on, -d),))
+        return (Formula(self.on, (raw,), within(self.limit) if math.isfinite(self.limit) else None),)
 
 
 @register("computed_torque")
@@ -78,6 +85,14 @@ class ComputedTorque:
             x, dx, ddx = motion.at(t)
             out.append(ddx + kv * (dx - plant.rate(name)) + kp * (x - plant.value(name)))
         return np.array(out)
+
+    def commanded(self) -> tuple[Affine, ...]:
+        """The commanded accelerations as affine functions: see `mechlab.experiment.laws.formula`."""
+        pairs = zip(self.commands, self.gains, strict=True)
+        return tuple(
+            Affine(motions=((motion, (kp, kv, 1.0)),), values=((name, -kp),), rates=((name, -kv),))
+            for (name, motion), (kp, kv) in pairs
+        )
 
     def force(self, t: float, plant: Plant) -> Mapping[str, float]:
         """Forces of the drives from inverse dynamics."""

@@ -30,6 +30,7 @@ TRIES = 10
 
 class InverseDynamics:
     """Solves M a + h = B^T f + J^T r, J a + b = 0, R a = commands for f, for many states of one mechanism.
+    A plant may have `constraint_rows()`, J and b at once, and `mass_times(x)`, M x (nv,) as a new array: then these are called.
 
     rows (k, nv): R; drives: names of the k joints or shafts of B. Uncommanded freedoms follow their own dynamics.
     """
@@ -47,7 +48,8 @@ class InverseDynamics:
         solution: the acceleration of least size, and the forces nearest to what it needs. For a state that is not finite the
         forces are NaN, which ends the run as blown up.
         """
-        jacobian, bias = plant.jacobian(), plant.constraint_bias()
+        rows = getattr(plant, "constraint_rows", None)
+        jacobian, bias = (plant.jacobian(), plant.constraint_bias()) if rows is None else rows()
         if self._failed <= TRIES:
             for _ in range(2):
                 choice = self._choice
@@ -77,13 +79,13 @@ class InverseDynamics:
 
 
 class _Choice:
-    """Which of `count` constraint rows are taken, and the matrix S with its constant rows; `loose`: e."""
+    """Which of `count` constraint rows are taken, and the matrix S with its constant rows; `loose`: e; `size` of its pivots."""
 
-    def __init__(self, count: int, taken: Array, rows: Array, free: Array) -> None:
+    def __init__(self, count: int, taken: Array, rows: Array, free: Array, size: float) -> None:
         k, nv = rows.shape
         m = len(taken)
-        self.count, self.m, self.commanded, self.loose = count, m, slice(m, m + k), len(free)
-        self.taken: Array | slice = slice(None) if m == count else taken
+        self.count, self.m, self.commanded, self.loose, self.size = count, m, slice(m, m + k), len(free), size
+        self.taken, self.whole = taken, m == count
         self.left = np.setdiff1d(np.arange(count), taken)
         self.matrix = np.zeros((nv, nv), order="F")
         self.matrix[self.commanded] = rows
@@ -98,25 +100,34 @@ class _Choice:
             self.matrix.copy(order="F"),
             self.right.copy(order="F"),
         )  # runs in threads share a law
-        matrix[:m] = jacobian[self.taken]
-        right[:m, 0] = bias[self.taken]
-        right[:m, 0] *= -1.0
+        if self.whole:
+            matrix[:m] = jacobian
+            np.negative(bias, right[:m, 0])
+        else:
+            matrix[:m] = jacobian[self.taken]
+            np.negative(bias[self.taken], right[:m, 0])
         right[self.commanded, 0] = commands
         factors, _, solution, info = dgesv(matrix, right, overwrite_a=True, overwrite_b=True)
-        if info or not _regular(factors):
+        if info or not min(map(abs, factors.diagonal().tolist())) > RANK * self.size:
             return None
         a, free = solution[:, 0], solution[:, 1:]
-        if len(self.left) and not self._agrees(jacobian[self.left], bias[self.left], solution):
+        if not self.whole and not self._agrees(jacobian[self.left], bias[self.left], solution):
             return None
-        mass = plant.mass_matrix()
-        needed = mass.dot(a)
+        k, system, times = (
+            len(actuation),
+            actuation.dot(free).T,
+            getattr(plant, "mass_times", None) or plant.mass_matrix().dot,
+        )
+        needed = times(a)
         needed += plant.bias()
-        k = len(actuation)
-        system = actuation.dot(free).T
         if self.loose:
-            system = np.hstack([system, -free.T.dot(mass.dot(free[:, k:]))])
+            moved = np.array([times(direction) for direction in free.T[k:]])
+            system = np.hstack([system, -moved.dot(free).T])
         factors, _, forces, info = dgesv(system, free.T.dot(needed))
-        return np.asarray(forces[:k]) if info == 0 and _regular(factors) else None
+        pivots = [abs(x) for x in factors.diagonal().tolist()]
+        if info or not min(pivots) > RANK * max(pivots):
+            return None
+        return forces if len(forces) == k else forces[:k]
 
     def _agrees(self, rows: Array, bias: Array, solution: Array) -> bool:
         """Whether the rows that were left out are met by the accelerations and held by the free directions."""
@@ -124,12 +135,6 @@ class _Choice:
         gap[:, 0] += bias
         size = 1.0 + np.abs(solution).max(axis=0)
         return bool((np.abs(gap).max(axis=0) <= AGREE * size).all())
-
-
-def _regular(factors: Array) -> bool:
-    """Whether no pivot of an LU factorisation is near zero; False for NaN."""
-    pivots = np.abs(factors.diagonal())
-    return bool(pivots.min() > RANK * pivots.max())
 
 
 def _choose(jacobian: Array, rows: Array) -> _Choice | None:
@@ -148,4 +153,4 @@ def _choose(jacobian: Array, rows: Array) -> _Choice | None:
     size = np.abs(triangle.diagonal())
     if not size.min() > RANK * size.max():
         return None  # a command repeats another, or what the constraints fix already
-    return _Choice(len(jacobian), taken, rows, np.sort(order[len(stacked) :]))
+    return _Choice(len(jacobian), taken, rows, np.sort(order[len(stacked) :]), float(size.max()))

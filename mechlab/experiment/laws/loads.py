@@ -10,7 +10,9 @@ from typing import ClassVar
 
 import numpy as np
 
+from mechlab.experiment.laws.formula import Affine, Formula
 from mechlab.experiment.laws.protocol import Law, OnOne, Plant, register
+from mechlab.experiment.motion import Polyline, Sine
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 
@@ -27,6 +29,10 @@ class Constant(OnOne):
     def force(self, t: float, plant: Plant) -> Mapping[str, float]:
         """The constant force."""
         return {self.on: self.value}
+
+    def formulas(self) -> tuple[Formula, ...]:
+        """See `mechlab.experiment.laws.formula`."""
+        return (Formula(self.on, (Affine(self.value),)),)
 
 
 @register("harmonic")
@@ -45,6 +51,11 @@ class Harmonic(OnOne):
         """The harmonic at t."""
         return {self.on: self.offset + self.amplitude * math.sin(self.frequency * t + self.phase)}
 
+    def formulas(self) -> tuple[Formula, ...]:
+        """See `mechlab.experiment.laws.formula`."""
+        wave = Sine(self.amplitude, self.frequency, self.phase, self.offset)
+        return (Formula(self.on, (Affine(motions=((wave, (1.0, 0.0, 0.0)),)),)),)
+
 
 @register("table")
 @dataclass(frozen=True)
@@ -60,6 +71,10 @@ class TableLaw(OnOne):
         """The interpolated force."""
         return {self.on: float(np.interp(t, self.times, self.values))}
 
+    def formulas(self) -> tuple[Formula, ...]:
+        """See `mechlab.experiment.laws.formula`."""
+        return (Formula(self.on, (Affine(motions=((Polyline(self.times, self.values), (1.0, 0.0, 0.0)),)),)),)
+
 
 @register("constant_power")
 @dataclass(frozen=True)
@@ -73,13 +88,19 @@ class ConstantPower(OnOne):
 
     def force(self, t: float, plant: Plant) -> Mapping[str, float]:
         """The force at the present rate."""
-        rate = plant.rate(self.on)
+        return {self.on: self._at(plant.rate(self.on))}
+
+    def _at(self, rate: float) -> float:
         f = (
             self.power / rate
             if abs(rate) * self.limit > abs(self.power)
             else math.copysign(self.limit, self.power * (rate or 1.0))
         )
-        return {self.on: min(max(f, -self.limit), self.limit)}
+        return min(max(f, -self.limit), self.limit)
+
+    def formulas(self) -> tuple[Formula, ...]:
+        """See `mechlab.experiment.laws.formula`."""
+        return (Formula(self.on, (Affine(rates=((self.on, 1.0),)),), self._at),)
 
 
 @register("viscous")
@@ -94,6 +115,10 @@ class Viscous(OnOne):
     def force(self, t: float, plant: Plant) -> Mapping[str, float]:
         """The drag at the present rate."""
         return {self.on: -self.coefficient * plant.rate(self.on)}
+
+    def formulas(self) -> tuple[Formula, ...]:
+        """See `mechlab.experiment.laws.formula`."""
+        return (Formula(self.on, (Affine(rates=((self.on, -self.coefficient),)),)),)
 
 
 @register("one_sided_stop")
@@ -110,11 +135,15 @@ class OneSidedStop(OnOne):
 
     def force(self, t: float, plant: Plant) -> Mapping[str, float]:
         """The force of the stop, directed against `side`."""
-        depth = self.side * (plant.value(self.on) - self.at)
-        if depth <= 0:
-            return {self.on: 0.0}
-        push = self.stiffness * depth + self.damping * self.side * plant.rate(self.on)
-        return {self.on: -self.side * max(0.0, push)}
+        return {self.on: self._against(self.side * (plant.value(self.on) - self.at), self.side * plant.rate(self.on))}
+
+    def _against(self, depth: float, rate: float) -> float:
+        return 0.0 if depth <= 0 else -self.side * max(0.0, self.stiffness * depth + self.damping * rate)
+
+    def formulas(self) -> tuple[Formula, ...]:
+        """See `mechlab.experiment.laws.formula`."""
+        depth = Affine(-self.side * self.at, values=((self.on, float(self.side)),))
+        return (Formula(self.on, (depth, Affine(rates=((self.on, float(self.side)),))), self._against),)
 
 
 class AppliedForce:

@@ -10,6 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from mechlab.errors import MechlabError
+from mechlab.experiment.laws.formula import Affine, Formula
 from mechlab.experiment.laws.protocol import OnOne, Plant, register
 from mechlab.experiment.motion import PrescribedMotion
 from mechlab.mechanism.geometry import Array
@@ -28,6 +29,10 @@ class Motor(OnOne):
     def force(self, t: float, plant: Plant) -> Mapping[str, float]:
         """The torque at the present rate."""
         return {self.on: self.stall * (1.0 - plant.rate(self.on) / self.no_load_rate)}
+
+    def formulas(self) -> tuple[Formula, ...]:
+        """See `mechlab.experiment.laws.formula`."""
+        return (Formula(self.on, (Affine(self.stall, rates=((self.on, -self.stall / self.no_load_rate),)),)),)
 
 
 @register("dc_motor")
@@ -87,3 +92,23 @@ class DcMotor(OnOne):
         else:
             state = self.rest(plant)
         return {self.on: self.constant * float(state[0])}
+
+    def formulas(self) -> tuple[Formula, ...]:
+        """See `mechlab.experiment.laws.formula`."""
+        return (
+            Formula(
+                self.on,
+                (Affine(state=self.constant) if self.inductance else self._driven(self.constant / self.resistance),),
+            ),
+        )
+
+    def state_formula(self) -> Affine:
+        """The rate of the current: see `mechlab.experiment.laws.formula`."""
+        return replace(self._driven(1.0 / self.inductance), state=-self.resistance / self.inductance)
+
+    def _driven(self, gain: float) -> Affine:
+        """gain (voltage - constant rate)."""
+        rates = ((self.on, -gain * self.constant),)
+        if isinstance(self.voltage, float | int):
+            return Affine(gain * self.voltage, rates=rates)
+        return Affine(motions=((self.voltage, (gain, 0.0, 0.0)),), rates=rates)

@@ -129,6 +129,10 @@ class LawStates:
     def __len__(self) -> int:
         return len(self.initial)
 
+    def first(self, law: Law) -> int:
+        """Where the states of a law begin."""
+        return self.slices[next(k for k, x in enumerate(self.laws) if x is law)].start
+
     def put(self, plant: Any, state: Array) -> None:
         """Store the states (size,) in the memory of the plant, where the laws read them."""
         plant.memory = {law: state[s] for law, s in zip(self.laws, self.slices, strict=True)}

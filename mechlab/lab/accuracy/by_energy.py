@@ -25,7 +25,7 @@ from mechlab.mechanism.geometry import Array
 @dataclass(frozen=True)
 class SolveTask:
     """A problem at the times t (n,) from q0 (nv,), v0 (nv,), to be solved to `max_error` of what `measure` tracks; the check, ready
-    to run, and the counter of its cost."""
+    to run, the counter of its cost, and the budget [s] of that."""
 
     problem: Problem
     measure: ErrorMeasure
@@ -35,6 +35,7 @@ class SolveTask:
     v0: Array
     checker: CheckRunner
     counter: CostCounter
+    budget: float
 
 
 @dataclass(frozen=True)
@@ -149,7 +150,7 @@ def solve_by_energy(asked: SolveTask, tree: BatchTree, rows: BatchRows, energies
     n, last = RULES.nodes
     n *= 1 if max_error > ROUNDING_COUNTS else 2
     estimate, states, tracked = math.inf, None, None
-    while n < last and asked.counter.work < RULES.work:
+    while n < last and asked.counter.work < asked.budget:
         n *= 2
         motion.refine(n)
         try:

@@ -15,16 +15,18 @@ from scipy.interpolate import BPoly
 
 from mechlab.clock import move_cost, spent_on
 from mechlab.engines.protocol import engine
-from mechlab.errors import MechlabError
+from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.energy import dissipation, energy_finding
 from mechlab.experiment.findings import kinematic_findings
 from mechlab.experiment.held_rates import captured
 from mechlab.experiment.ranges import unstopped_finding
 from mechlab.experiment.recording import Cost, Finding, Health, Recording, limit_finding, run_channels
 from mechlab.experiment.scene import Scene, Settings
+from mechlab.integrate import work_done
 from mechlab.lab.accuracy.dense import BETWEEN, accelerations, law_forces
 from mechlab.lab.accuracy.measure import ErrorMeasure
 from mechlab.lab.accuracy.result import NeighbourMotion, Solution
+from mechlab.lab.accuracy.rules import default_budget
 from mechlab.lab.accuracy.solve import solve_to
 from mechlab.lab.design import Design
 from mechlab.lab.methods import Problem, has_kinks
@@ -32,6 +34,9 @@ from mechlab.lab.problem_settings import other_softness
 from mechlab.mechanism import Mechanism
 
 OUTPUTS = 400
+CAPTURES, SHORTER = 3, 0.4
+"""How often held rates are captured in less time, where that time is most of the error, and the share of the target that their
+next error, which is of first order in it, shall be."""
 STATES_SUFFICE = frozenset({"poses", "drive_forces"})
 
 ComparedRuns = tuple[tuple[Recording, float], ...]
@@ -46,18 +51,22 @@ class ControlledRun:
     others: ComparedRuns
 
 
-def run_to_error(design: Design, scene: Scene, max_error: float, at: Sequence[float] = ()) -> ControlledRun:
+def run_to_error(
+    design: Design, scene: Scene, max_error: float, at: Sequence[float] = (), budget: float | None = None
+) -> ControlledRun:
     """A Recording of the scene whose tracked quantities are off by at most `max_error` [m or rad], or one that says why not.
 
     It is made from the states whose error was estimated where those are all that the scene needs; otherwise an engine runs the
-    scene with the accepted settings, and its difference from those states counts as error too.
+    scene with the accepted settings, and its difference from those states counts as error too. budget: most counted work [s] of
+    the trials; default: `default_budget`.
     """
     m = design.mechanism(scene.fidelity)
     remembers = any(tuple(getattr(law, "start", tuple)()) for law in scene.laws)
     # kinks come between the samples: only the steps account for the energy there
     suffice = set(scene.needs) <= STATES_SUFFICE and not remembers and not has_kinks(scene)
     with spent_on("probe"):
-        result = solve_to(design, scene, max_error, OUTPUTS, sparse=suffice)
+        most = default_budget(scene.duration) if budget is None else budget
+        scene, result = _solved(design, scene, max_error, suffice, most)
     move_cost("probe", "integrate", result.run_s)
     suffice = suffice and result.settings.engine in ("mujoco", "pinocchio")
     if result.motion is not None or result.extrapolated or suffice:
@@ -72,6 +81,25 @@ def run_to_error(design: Design, scene: Scene, max_error: float, at: Sequence[fl
         if others and other is not None:
             others += ((_run(design, scene, other, times), 1.0),)
     return ControlledRun(with_estimate(made, result, difference), others)
+
+
+def _solved(design: Design, scene: Scene, max_error: float, sparse: bool, budget: float) -> tuple[Scene, Solution]:
+    """The solution, and the scene with the capture times of held rates that it needed."""
+    before = work_done()
+    found = scene, solve_to(design, scene, max_error, OUTPUTS, sparse, budget)
+    for _ in range(CAPTURES):
+        result, left = found[1], budget - (work_done() - before)
+        if result.reached or result.capture <= 0.5 * result.estimate or left <= 0.0:
+            break
+        shorter = replace(found[0], laws=captured(found[0].laws, SHORTER * max_error / result.capture))
+        try:
+            other = solve_to(design, shorter, max_error, OUTPUTS, sparse, left)
+        except NoSolution:
+            break
+        if not other.reached and other.estimate >= result.estimate:
+            break
+        found = shorter, other
+    return found
 
 
 def _of_states(m: Mechanism, scene: Scene, result: Solution, at: Sequence[float]) -> ComparedRuns:

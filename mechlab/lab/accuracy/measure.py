@@ -119,6 +119,11 @@ class ErrorMeasure:
             ) from None
 
 
+def tracked_units(problem: Problem) -> tuple[str, ...]:
+    """The units of the positions that error control of the problem measures."""
+    return tuple(ErrorMeasure(problem, None).unit.split(" or "))
+
+
 def largest(difference: Array) -> float:
     """Largest absolute value; 0 for an empty array."""
     return float(np.abs(difference).max(initial=0.0))

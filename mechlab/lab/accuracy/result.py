@@ -52,6 +52,7 @@ class Solution:
     time, with trials and check, without imports and building of models. reached: whether the estimate meets
     `max_error`. sentence: what was chosen and why, or why the error cannot be reached. neighbours: from which the
     errors of all channels follow; none where there was a single run. run_s: CPU time of the accepted motion alone.
+    capture [unit]: the part of the estimate that is the time in which held rates are captured.
     """
 
     t: Array
@@ -73,6 +74,7 @@ class Solution:
     extrapolated: bool = False
     neighbours: tuple[NeighbourMotion, ...] = ()
     run_s: float = 0.0
+    capture: float = 0.0
 
     @property
     def accelerations(self) -> Array | None:
@@ -85,7 +87,7 @@ ROUNDING_COUNTS = 1e-7
 
 
 LIMITED_BY_ROUNDING = "double precision does not allow it"
-LIMITED_BY_CAPTURE = "it is the time in which the law captures held rates; a smaller `time` of the law makes it less"
+LIMITED_BY_CAPTURE = "it is the time in which the law captures held rates; a smaller `time` of the law, or a larger budget, makes it less"
 
 
 def conclusion(

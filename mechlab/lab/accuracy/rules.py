@@ -11,7 +11,8 @@ from mechlab.lab.methods import METHODS, Method, Problem
 class ControlRules:
     """The numbers that hold for all problems.
 
-    safety: factor on every estimate. work [s]: most counted work of all trials together.
+    safety: factor on every estimate. work [s]: most counted work of all trials together: always, more for each second of the
+    scene, and at most.
     nodes: number of nodes of a cell of the energy quadrature at first, and at most.
     runs: number of runs of a method before their observed order is used. failures: most failed runs of a method.
     tolerances: those that a method is refined by; sharpest: the smallest for a method that starts near its target.
@@ -23,7 +24,7 @@ class ControlRules:
     """
 
     safety: float = 2.0
-    work: float = 4.5
+    work: tuple[float, float, float] = (3.0, 1.5, 30.0)
     nodes: tuple[int, int] = (6, 192)
     runs: int = 3
     failures: int = 6
@@ -39,6 +40,12 @@ class ControlRules:
 
 
 RULES = ControlRules()
+
+
+def default_budget(duration: float) -> float:
+    """Most counted work [s] of the error control of a scene of this duration [s], where no budget is given."""
+    always, more, most = RULES.work
+    return min(always + more * duration, most)
 
 
 @dataclass(frozen=True)

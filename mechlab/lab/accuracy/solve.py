@@ -31,7 +31,7 @@ from mechlab.lab.accuracy.result import (
     Solution,
     conclusion,
 )
-from mechlab.lab.accuracy.rules import METHOD_RULES, RULES
+from mechlab.lab.accuracy.rules import METHOD_RULES, RULES, default_budget
 from mechlab.lab.design import Design
 from mechlab.lab.fastest_rate import command_rate, fastest_rate
 from mechlab.lab.methods import Problem
@@ -43,11 +43,13 @@ T = TypeVar("T")
 
 
 def solve_to(
-    design: Design, scene: Scene | str | None, max_error: float, outputs: int = 100, sparse: bool = True
-) -> Solution:
+    design: Design, scene: Scene | str | None, max_error: float, outputs: int = 100, sparse: bool = True,
+    budget: float | None = None,
+) -> Solution:  # fmt: skip
     """The scene of a design at `outputs` + 1 even times with an error of at most `max_error` [m or rad].
 
-    sparse: steps may be longer than the distance of the outputs, where the motion is smooth.
+    sparse: steps may be longer than the distance of the outputs, where the motion is smooth. budget: most counted work [s];
+    default: `default_budget`.
     Raises MechlabError for an error that is not positive, NoSolution when no method gets to the end at all.
     """
     if not (math.isfinite(max_error) and max_error > 0.0):
@@ -60,6 +62,7 @@ def solve_to(
     m = problem.mechanism
     tree = BatchTree(m) if all(j.nv == 1 for j in m.joints) else None
     measure = ErrorMeasure(problem, tree)
+    work = default_budget(scene.duration) if budget is None else budget
     why = why_energy_is_not_enough(m, scene)
     freedoms = structure(m).freedoms if m.loops or m.relations else m.nv
     if freedoms != 1:
@@ -67,28 +70,22 @@ def solve_to(
     if not why and tree is not None:
         counter = CostCounter()
         try:
-            solved = _solve_without_steps(problem, measure, max_error, tree, counter)
+            solved = _solve_without_steps(problem, measure, max_error, tree, counter, work)
         except NoSolution as cause:
             why = str(cause)
         else:
             if solved.reached or solved.estimate < RULES.floor:
                 return solved
             other = solve_by_refinement(
-                problem,
-                measure,
-                max_error,
-                freedoms,
-                f"{solved.method} stays at {solved.estimate:.2g}",
-                counter,
-                sparse,
-            )
+                problem, measure, max_error, freedoms, f"{solved.method} stays at {solved.estimate:.2g}", counter, work, sparse
+            )  # fmt: skip
             best = other if other.reached or other.estimate < solved.estimate else solved
             return replace(best, cpu_s=other.cpu_s)
-    return solve_by_refinement(problem, measure, max_error, freedoms, why, CostCounter(), sparse)
+    return solve_by_refinement(problem, measure, max_error, freedoms, why, CostCounter(), work, sparse)
 
 
 def _solve_without_steps(
-    problem: Problem, measure: ErrorMeasure, max_error: float, tree: BatchTree, counter: CostCounter
+    problem: Problem, measure: ErrorMeasure, max_error: float, tree: BatchTree, counter: CostCounter, budget: float
 ) -> Solution:
     """One freedom under forces of position alone: in closed form, else by its energy. Raises NoSolution where neither applies."""
     with counter.building():
@@ -96,7 +93,7 @@ def _solve_without_steps(
         energies, rows = energies_of(tree, problem.scene), BatchRows(tree)
         t = np.linspace(0.0, problem.scene.duration, problem.outputs + 1)
         checker = CheckRunner(problem, "one_freedom", 0.0, max_error < ROUNDING_COUNTS)
-        asked = SolveTask(problem, measure, max_error, t, q0, v0, checker, counter)
+        asked = SolveTask(problem, measure, max_error, t, q0, v0, checker, counter, budget)
     if isinstance(energies, OneJointEnergies) and not rows.count:
         try:
             return solve_as_pendulum(asked, energies)
@@ -107,7 +104,7 @@ def _solve_without_steps(
 
 def solve_by_refinement(
     problem: Problem, measure: ErrorMeasure, max_error: float, freedoms: int, why: str, counter: CostCounter,
-    sparse: bool = False,
+    budget: float, sparse: bool = False,
 ) -> Solution:  # fmt: skip
     """The scene by the cheapest method that meets the error. why: the reason, in words, that the energy quadrature does not apply.
 
@@ -123,7 +120,7 @@ def solve_by_refinement(
         raise MechlabError(f"{problem.design.name}: no engine is installed that can control the error of this scene.")
     winner: RefinedMethod | None = None
     while winner is None:
-        left = RULES.work - counter.work
+        left = budget - counter.work
         affordable = [one for one in candidates if one.next_cost <= left]
         if not affordable:
             break
@@ -164,11 +161,12 @@ def solve_by_refinement(
     ok, sentence = conclusion(total, max_error, measure, chosen, checked, size, part, cause)
     if winner is None:
         ok = False
-        sentence += f"; {RULES.work:g} s of work or the sharpest settings were used up: {_why_ended(candidates)}"
+        sentence += f"; the budget of {budget:.3g} s or the sharpest settings were used up: {_why_ended(candidates)}"
     return Solution(
         t, q, v, total, max_error, measure.unit, best.rule.name, best.values[-1], best.rule.control, counter.cpu_s,
         best.traces[-1].steps, ok, sentence, replace(best.settings, preset="max_error"), checked,
         extrapolated=best.rule.extrapolated, neighbours=tuple(best.neighbours(rounding)), run_s=best.run_s,
+        capture=capture,
     )  # fmt: skip
 
 

@@ -19,6 +19,8 @@ from mechlab.studies.picture_style import new_figure, open_frame
 
 NOTE = 0.13
 """Height of three lines of text, relative to that of the axes."""
+LINE, LETTER, LETTERS = 0.025, 0.0068, 40
+"""Height of a line below the axes and width of a letter beside them, relative to the figure; letters for which there is room."""
 GOLD, BROWN = "#b8860b", "#7a5a00"
 
 
@@ -97,9 +99,12 @@ def picture(chart: Chart, kind: str) -> bytes:
     out = io.BytesIO()
     with matplotlib.rc_context({"svg.hashsalt": "mechlab"}):
         figure = new_figure(11.0, 7.0)
-        axes = figure.add_axes((0.085, 0.145, 0.60, 0.675))
-        _frame(chart, figure, axes)
         lines = {name: [p for p in chart.points if p.method == name] for name in _names(chart)}
+        foot = _foot(chart, [n for n, points in lines.items() if not any(_drawn(p) for p in points)])
+        low = 0.145 + LINE * max(0, len(foot) - 3)
+        longest = max(len(line_label(name, points)) for name, points in lines.items())
+        axes = figure.add_axes((0.085, low, 0.60 - LETTER * max(0, longest - LETTERS), 0.82 - low))
+        _frame(chart, figure, axes)
         for name, points in lines.items():
             _line(axes, name, points)
         front = [p for p in chart.front if p.error > 0]
@@ -109,7 +114,7 @@ def picture(chart: Chart, kind: str) -> bytes:
         draw_recommended(axes, chart)
         draw_published(axes, chart)
         _labels(axes, chart, lines)
-        _foot(chart, figure, [n for n, points in lines.items() if not any(_drawn(p) for p in points)])
+        figure.text(0.022, 0.012, "\n".join(foot), fontsize=8.8, color=FAINT, va="bottom", linespacing=1.3)
         figure.savefig(out, format=kind, metadata={"Date": None} if kind == "svg" else None)
     return out.getvalue()
 
@@ -180,15 +185,19 @@ def _free_end(axes: Any, shown: list[ChartPoint], target: float) -> bool:
     return sum(x > 0.8 for x in near) < sum(x < 0.2 for x in near)
 
 
-def _foot(chart: Chart, figure: Any, lost: list[str]) -> None:
-    """The text below the picture: meaning of the signs, methods that are not drawn, the reference of the errors."""
+def _foot(chart: Chart, lost: list[str]) -> list[str]:
+    """The lines below the picture: meaning of the signs, methods that are not drawn, the reference of the errors, cautions on peers."""
     engines = ", ".join(f"{n} {chart.versions[n]}" for n in ("mujoco", "pin") if n in chart.versions)
     signs = "Grey: nothing is better in both. × 25 ms: diverges at that step and above."
     if lost:
         signs += f" Not drawn, diverged or over the budget: {', '.join(lost)}."
     reference = chart.reference.split(";")[0]
-    text = [*textwrap.wrap(signs, 165), f"Held against: {reference}. {engines}."]
-    figure.text(0.022, 0.012, "\n".join(text), fontsize=8.8, color=FAINT, va="bottom", linespacing=1.3)
+    cautions = () if chart.peers is None else chart.peers.notes
+    return [
+        *textwrap.wrap(signs, 165),
+        f"Held against: {reference}. {engines}.",
+        *(x for c in cautions for x in textwrap.wrap(c, 165)),
+    ]
 
 
 def _line(axes: Any, name: str, points: list[ChartPoint]) -> None:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from mechlab.errors import EngineMissing, MechlabError, unknown
-from mechlab.experiment.question import Answer, Question
+from mechlab.experiment.question import Answer, Question, WitnessInBulk, answers_at
 from mechlab.lab.ask import generic_question
 from mechlab.lab.design import Design
 
@@ -42,6 +42,19 @@ def witness_answer(question: Question, design: Design, given: Mapping[str, Any],
     defaults = {k: v for k, v in question.optional.items() if v is not None}
     function = question.witnesses[witness] if witness else next(iter(question.witnesses.values()))
     return function(design.parameters, defaults | dict(given))
+
+
+def in_bulk(question: Question, witness: str) -> bool:
+    """Whether the witness answers many points together, with an answer for each."""
+    return isinstance(question.witnesses[witness], WitnessInBulk)
+
+
+def witness_answers(
+    question: Question, design: Design, given: Mapping[str, Any], witness: str, count: int
+) -> Sequence[Answer]:
+    """An answer of one witness for each of `count` points, given as numbers or arrays (count,)."""
+    defaults = {k: v for k, v in question.optional.items() if v is not None}
+    return answers_at(question.witnesses[witness], design.parameters, defaults | dict(given), count)
 
 
 def single_number(design: Design, name: str, answer: Answer) -> float:

@@ -1,22 +1,29 @@
-"""Computes one block of a sweep: closed forms for many points at once; answers, runs and checks point by point.
+"""Computes one block of a sweep: closed forms and answers of the engines for many points at once; runs and checks point by point.
 
 Every scheduler calls the same function, `evaluate`, so that all give bitwise equal numbers.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from mechlab.errors import EngineMissing, MechlabError
-from mechlab.experiment.question import Answer
-from mechlab.lab.ask import ask
+from mechlab.experiment.question import Answer, Answers
+from mechlab.lab.ask import ask, ask_at_points
 from mechlab.lab.design import Design
 from mechlab.lab.run import run_scene
 from mechlab.mechanism import Status
-from mechlab.studies.named.answers import answer_in_parts, nodes_at, question_taking, witness_answer
+from mechlab.studies.named.answers import (
+    answer_in_parts,
+    in_bulk,
+    nodes_at,
+    question_taking,
+    witness_answer,
+    witness_answers,
+)
 from mechlab.studies.named.number import varied
 from mechlab.studies.named.runs import distrust, measured_check, number_of_run
 from mechlab.studies.sweep.request import (
@@ -51,27 +58,15 @@ def closed_form(
     )
 
 
-def answers_one_by_one(
+def answers_at_points(
     request: SweepRequest, design: Design, where: np.ndarray, rest: Mapping[str, Any], out: SweepBlock
 ) -> None:
-    """Ask the question at each point: one witness, or all where their difference is a quantity."""
+    """Ask the question at each point, together where the witness can: one witness, or all where their difference is a quantity."""
+    together = _together(request, design, rest, len(where))
     for i, at in enumerate(where):
-        given = {k: float(v[i]) if np.ndim(v) else v for k, v in rest.items()}
         spot = np.array([at])
         try:
-            if any(q.name == DIFFERENCE for q in request.quantities):
-                answers = ask(design, given)
-                answer = answers.answers[request.witness]
-                difference = answers.max_difference
-                if answers.status.exit_code and not answer.status.exit_code:
-                    answer = next(a for a in answers.answers.values() if a.status is answers.status and not a.cannot)
-                if difference is not None and answer.values:
-                    answer = Answer(
-                        answer.values | {DIFFERENCE: difference}, answer.status, answer.notes, cannot=answer.cannot
-                    )
-            else:
-                question = question_taking(design, set(given), given)
-                answer = witness_answer(question, design, given, request.witness)
+            answer = together[i] if together is not None else _answer(request, design, _at_point(rest, i))
         except (Exception, SystemExit) as cause:  # one point must not end the others
             out.failed(spot, cause)
             continue
@@ -79,6 +74,41 @@ def answers_one_by_one(
             _refused(answer, spot, out)
         else:
             _take(request, answer, spot, out)
+
+
+def _at_point(rest: Mapping[str, Any], i: int) -> dict[str, Any]:
+    return {k: float(v[i]) if np.ndim(v) else v for k, v in rest.items()}
+
+
+def _together(request: SweepRequest, design: Design, rest: Mapping[str, Any], count: int) -> Sequence[Answer] | None:
+    """An answer for each point; None where the witness takes one point after the other, or a point raises."""
+    try:
+        question = question_taking(design, set(rest), rest)
+        if any(q.name == DIFFERENCE for q in request.quantities):
+            if not any(in_bulk(question, w) for w in question.witnesses):
+                return None
+            return [_compared(request, x) for x in ask_at_points(design, rest, count)]
+        witness = request.witness or next(iter(question.witnesses))
+        return witness_answers(question, design, rest, witness, count) if in_bulk(question, witness) else None
+    except (MechlabError, ArithmeticError, TypeError, ValueError, np.linalg.LinAlgError):
+        return None
+
+
+def _answer(request: SweepRequest, design: Design, given: Mapping[str, Any]) -> Answer:
+    """The answer at one point."""
+    if any(q.name == DIFFERENCE for q in request.quantities):
+        return _compared(request, ask(design, given))
+    return witness_answer(question_taking(design, set(given), given), design, given, request.witness)
+
+
+def _compared(request: SweepRequest, answers: Answers) -> Answer:
+    """The answer of the witness, with the difference of all; that of the worst where it does not answer."""
+    answer, difference = answers.answers[request.witness], answers.max_difference
+    if answers.status.exit_code and not answer.status.exit_code:
+        answer = next(a for a in answers.answers.values() if a.status is answers.status and not a.cannot)
+    if difference is not None and answer.values:
+        answer = Answer(answer.values | {DIFFERENCE: difference}, answer.status, answer.notes, cannot=answer.cannot)
+    return answer
 
 
 def _refused(answer: Answer, where: np.ndarray, out: SweepBlock) -> None:
@@ -180,7 +210,7 @@ def evaluate(request: SweepRequest, block: int, threads: int = 1) -> SweepBlock:
         if request.method == CLOSED_FORM:
             closed_form(request, made, where, rest, out)
         elif request.method == ANSWERS:
-            answers_one_by_one(request, made, where, rest, out)
+            answers_at_points(request, made, where, rest, out)
         elif request.method == ROLLOUT:
             together.append((where, made, rest))
         else:

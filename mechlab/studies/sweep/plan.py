@@ -29,6 +29,7 @@ from mechlab.studies.sweep.quantities import (
 )
 from mechlab.studies.sweep.request import (
     ANSWERS,
+    BACKENDS,
     CLOSED_FORM,
     ROLLOUT,
     RUNS,
@@ -55,12 +56,14 @@ def plan(
     witness: str | None = None,
     **run: Any,
 ) -> SweepRequest:
-    """The request for these keys and quantities. run: scene, engine, fidelity, duration, timestep.
+    """The request for these keys and quantities. run: scene, engine, fidelity, duration, timestep, backend.
 
     A range or a list is an axis; for a parameter that is itself a list, it is a fixed value. Raises MechlabError for
     unknown keys and quantities, listing what exists, and where there is no axis.
     """
     _refuse_too_many(base.name, values)
+    if run.get("backend") not in (None, *BACKENDS):
+        raise unknown(f"{base.name}: backend", run["backend"], BACKENDS)
     parameters, rest = parameters_and_rest(base.entry.parameters, values)
     infos = parameter_infos(base)
     axes: list[SweepAxis] = []
@@ -243,16 +246,21 @@ def _with_quantities(
     if witness is not None:
         raise MechlabError(f"{chosen.name}: --witness is for answers to a question; a simulation has --engine.")
     request = replace(draft, quantities=distinct(quantities_of_runs(draft, chosen, words), draft.axes))
+    reason = "no point gives a design"
     for one in corners(chosen, draft.axes):
         try:
             reason = why_not(request, one)
         except MechlabError:
             continue
-        return request if reason else replace(request, method=ROLLOUT)
+        if not reason:
+            return replace(request, method=ROLLOUT)
+        break
+    if request.backend is not None and not all(q.of_check for q in request.quantities):
+        raise MechlabError(f"{chosen.name}: --backend {request.backend} steps runs together, and these go one by one: {reason}.")
     return request
 
 
-OF_RUNS = ("scene", "engine", "fidelity", "duration", "timestep")
+OF_RUNS = ("scene", "engine", "fidelity", "duration", "timestep", "backend")
 """Options that only simulations use."""
 
 

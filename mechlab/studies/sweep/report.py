@@ -42,6 +42,10 @@ def _(result: SweepResult) -> str:
     if result.evaluated < r.count:
         lines.append(f"{r.count - result.evaluated} points were kept from before, {result.evaluated} computed now")
     lines += [table(["quantity", "unit", "least", "at", "largest", "at"], rows), result.message]
+    if result.errors:
+        units = {q.label: q.unit for q in r.quantities}
+        off = ", ".join(f"{k} by {x:.2g} {units[k]}".rstrip() for k, x in result.errors.items())
+        lines.append(f"single precision may be off: {off}")
     lines += _common_reasons(result)
     lines += [f"{k}: {v}" for k, v in result.files.items()]
     return "\n".join([*lines, *(f"warning: {w}" for w in result.warnings)])

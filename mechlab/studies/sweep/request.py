@@ -63,17 +63,21 @@ class SweepBlock:
 CLOSED_FORM, ANSWERS, ROLLOUT, RUNS = "closed form", "answers", "rollout", "runs"
 METHODS = {
     CLOSED_FORM: "the closed form takes a block of points at once",
-    ANSWERS: "one question for each point",
+    ANSWERS: "one question for each point; an engine closes a block of them together",
     ROLLOUT: "mujoco.rollout steps a block of motions in the engine",
     RUNS: "one run or check for each point",
 }
 """Methods of computation, with an explanation of each."""
+BACKENDS = ("mujoco", "warp")
+"""Who steps motions together: MuJoCo in double precision, or MuJoCo Warp in single precision, on a GPU where there is one."""
 BLOCK = {CLOSED_FORM: 16384, ANSWERS: 256, ROLLOUT: 1024, RUNS: 32}
 """Largest number of points in a block. An interrupted sweep keeps whole blocks; a lost worker costs the blocks it works
 on."""
 FEWEST_BLOCKS = 64
 """Sweeps point by point have at least this number of blocks (or one for each point), so that workers share them
 evenly."""
+ANSWERED_TOGETHER, FEW_BLOCKS = 32, 8
+"""Points that an engine closes together in 10 to 20 ms, hardly more than one of them takes, where that leaves so many blocks."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +106,8 @@ class SweepRequest:
     """The complete definition of a sweep: every scheduler computes the same blocks, in any order.
 
     load(source) gives the unchanged design; both must be picklable to leave this process. identity: content of the
-    source as text. parameters, given: values that are the same at all points. Points are numbered in the order of
+    source as text. parameters, given: values that are the same at all points. backend: of BACKENDS, who steps runs that go together;
+    None: MuJoCo. Points are numbered in the order of
     `work`: parameter axes vary slowest, so that neighbouring points share a design.
     """
 
@@ -122,6 +127,7 @@ class SweepRequest:
     fidelity: str | None = None
     duration: float | None = None
     timestep: float | None = None
+    backend: str | None = None
     versions: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
@@ -169,7 +175,7 @@ class SweepRequest:
             "given": {k: _plain(v) for k, v in sorted(self.given.items())}, "method": self.method, "block": self.block,
             "witness": self.witness, "scene": self.scene, "engine": self.engine, "fidelity": self.fidelity,
             "duration": self.duration, "timestep": self.timestep, "versions": dict(self.versions),
-        }  # fmt: skip
+        } | ({} if self.backend is None else {"backend": self.backend})  # fmt: skip
 
     @cached_property
     def fingerprint(self) -> str:
@@ -192,6 +198,8 @@ def block_size(method: str, count: int, steps: float = 1.0) -> int:
         return max(1, min(max(count // ROLLOUTS, FEW_TOGETHER), BLOCK[method], int(BLOCK_STEPS / steps)))
     if method == CLOSED_FORM:
         return BLOCK[method]
+    if method == ANSWERS and count > FEWEST_BLOCKS:
+        return min(BLOCK[method], max(count // FEWEST_BLOCKS, min(count // FEW_BLOCKS, ANSWERED_TOGETHER)))
     return max(1, min(BLOCK[method], count // FEWEST_BLOCKS))
 
 

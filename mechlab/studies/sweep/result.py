@@ -19,6 +19,8 @@ from mechlab.mechanism.geometry import Array
 from mechlab.results import Shown
 from mechlab.studies.sweep.request import BAD_INPUT, GOOD, METHODS, NO_SOLUTION, UNTRUSTED, SweepAxis, SweepRequest
 
+OF_A_RUN = ("engine", "fidelity", "duration", "timestep", "backend")
+"""Settings that the dataset remembers."""
 SMALL = 2000
 """Largest number of points that the JSON document lists; for a larger sweep it gives ranges only."""
 
@@ -27,7 +29,8 @@ SMALL = 2000
 class SweepResult(Shown):
     """A finished sweep. `flat` (points, quantities), `outcomes` (points,) and `reasons` (point -> sentence) are in the order
     of work; `result[label]`, `outcome` and `dataset` are over the axes in the user's order. evaluated: number of points
-    computed now; the others come from an earlier, interrupted sweep."""
+    computed now; the others come from an earlier, interrupted sweep. errors: label -> error of single precision, where runs were stepped
+    in it (`mechlab.studies.sweep.precision`); no other error of runs is stated, but `step_error` where it is a quantity."""
 
     request: SweepRequest
     flat: Array
@@ -37,6 +40,7 @@ class SweepResult(Shown):
     command: str = ""
     files: Mapping[str, Path] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
+    errors: Mapping[str, float] = field(default_factory=dict)
 
     def __getitem__(self, label: str) -> Array:
         """A quantity over the axes, NaN at gaps. Raises MechlabError for an unknown label."""
@@ -103,6 +107,8 @@ class SweepResult(Shown):
             "fixed": dict(r.parameters) | dict(r.given), "files": {k: str(v) for k, v in self.files.items()},
             "warnings": list(self.warnings), "message": self.message, "status": self._status(), "fingerprint": r.fingerprint,
         }  # fmt: skip
+        if self.errors:
+            out["errors"] = dict(self.errors)
         if r.count <= SMALL:
             out["data"] = {q.label: self[q.label] for q in r.quantities} | {
                 "outcome": self.outcome,
@@ -141,7 +147,9 @@ def dataset(result: SweepResult) -> Any:
     variables: dict[str, Any] = {}
     for q in r.quantities:
         values = result[q.label]
-        attributes = {"long_name": f"{q.kind} {q.name}" + (f", {q.reduce}" if q.kind == "channel" else "")}
+        attributes: dict[str, Any] = {"long_name": f"{q.kind} {q.name}" + (f", {q.reduce}" if q.kind == "channel" else "")}
+        if q.label in result.errors:
+            attributes |= {"error_of_single_precision": result.errors[q.label]}
         variables[q.label] = (dims, values, attributes | ({"units": q.unit} if q.unit else {}))
     meaning = {
         "flag_values": np.array([0, 1, 3, 4], dtype=np.int8),
@@ -160,7 +168,7 @@ def provenance(request: SweepRequest, command: str) -> dict[str, Any]:
         "title": f"sweep of {request.name} over {', '.join(a.key for a in request.axes)}", "mechanism": request.name,
         "command": command, "method": f"{request.method}: {METHODS[request.method]}", "witness": request.witness,
         "scene": request.scene or "", "parameters": json.dumps(given["parameters"]), "given": json.dumps(given["given"]),
-        "settings": json.dumps({k: given[k] for k in ("engine", "fidelity", "duration", "timestep") if given[k] is not None}),
+        "settings": json.dumps({k: x for k in OF_A_RUN if (x := given.get(k)) is not None}),
         "versions": json.dumps(given["versions"]), "request": json.dumps(given, sort_keys=True), "fingerprint": request.fingerprint,
         "Conventions": "CF-1.11",
     }  # fmt: skip

@@ -50,7 +50,7 @@ def scene_of(request: SweepRequest, design: Design) -> tuple[Design, Mechanism, 
 
 def why_not(request: SweepRequest, design: Design) -> str:
     """The reason why the points of a request cannot be rolled out; empty when they can."""
-    if request.count < FEWEST:
+    if request.count < FEWEST and request.backend is None:
         return f"fewer than {FEWEST} points"
     if request.engine not in (None, "mujoco"):
         return f"the engine is {request.engine}"
@@ -191,6 +191,7 @@ def _roll(request: SweepRequest, alike: Sequence[_Start], out: SweepBlock, threa
     """Roll out points of equal duration and timestep; those whose balance of energy is not sure are returned."""
     from mechlab.engines.mujoco.batch import LOOKED_AT, roll
     from mechlab.engines.mujoco.stepping import grid
+    from mechlab.engines.mujoco.warp_steps import steps_of_warp
 
     steps = grid(alike[0].scene.duration, alike[0].settings.timestep)
     entry, unsure = alike[0].design.entry.channels, list[Group]()
@@ -198,9 +199,10 @@ def _roll(request: SweepRequest, alike: Sequence[_Start], out: SweepBlock, threa
     samples = len(steps.samples) if whole else min(len(steps.samples), LOOKED_AT)
     many = max(1, NUMBERS // (samples * max(x.mechanism.nq + x.mechanism.nv for x in alike)))
     portion: list[_Start] = []
+    take = steps_of_warp if request.backend == "warp" else None
 
     def roll_out() -> None:
-        for start, batch in zip(portion, roll([x.motions for x in portion], steps, whole, threads=threads), strict=True):
+        for start, batch in zip(portion, roll([x.motions for x in portion], steps, whole, take, threads), strict=True):
             _take(request, start, batch, out)
             if batch.unsure.any():
                 again = start.at(batch.unsure)

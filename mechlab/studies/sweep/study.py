@@ -20,6 +20,7 @@ import numpy as np
 from mechlab.errors import MechlabError
 from mechlab.files import write
 from mechlab.formats.json_text import parse
+from mechlab.studies.sweep.precision import single_precision
 from mechlab.studies.sweep.report import draw, refuse_picture
 from mechlab.studies.sweep.request import SweepBlock, SweepRequest
 from mechlab.studies.sweep.result import (
@@ -123,7 +124,10 @@ def sweep(
 
 
 def _finished(result: SweepResult, out: Path | None, plot: Path | None, write: bool = True) -> SweepResult:
-    """The result with its files written."""
+    """The result with the errors of single precision, and its files written."""
+    if result.request.backend == "warp":
+        errors, doubts = single_precision(result.request, result.flat, result.outcomes)
+        result = replace(result, errors=errors, warnings=(*result.warnings, *doubts))
     files: dict[str, Path] = {}
     if out is not None:
         if write:

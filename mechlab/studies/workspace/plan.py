@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,14 +17,21 @@ from mechlab.lab.ask import asked_mechanism, generic_question, in_si, numeric
 from mechlab.lab.design import Design
 from mechlab.mechanism import Status
 from mechlab.mechanism.geometry import Array
-from mechlab.studies.named.answers import answer_in_parts, chosen_witness, nodes_at, witness_answer
+from mechlab.studies.named.answers import (
+    answer_in_parts,
+    chosen_witness,
+    in_bulk,
+    nodes_at,
+    witness_answer,
+    witness_answers,
+)
 from mechlab.studies.named.number import keys_to_give
 from mechlab.studies.workspace.grid import SLAB as GRID_SLAB
 from mechlab.studies.workspace.grid import WorkspaceGrid, grid_of
 from mechlab.values import Range
 
 BLOCK = 4096
-"""Number of nodes that a closed form takes in one call."""
+"""Number of nodes that a closed form or an engine takes in one call."""
 SLAB = 200_000
 """Number of nodes of a slab where a question is asked."""
 SOLVED = "solved"
@@ -72,6 +80,13 @@ class QuestionOnGrid:
         flat = {k: np.broadcast_to(v, shape).ravel() for k, v in points.items()}
         count = int(np.prod(shape))
         out = {SOLVED: np.full(count, -np.inf)} | {n: np.full(count, np.nan) for n in self.limits}
+        if in_bulk(self.question, self.witness):
+            for i in range(0, count, BLOCK):
+                at = np.arange(i, min(i + BLOCK, count))
+                nodes = dict(self.given) | {k: v[at] for k, v in flat.items()}
+                for k, answer in zip(at, witness_answers(self.question, self.design, nodes, self.witness, len(at)), strict=True):
+                    (self._refuse if answer.status.exit_code or answer.cannot else partial(self._take, out=out))(np.array([k]), answer)
+            return {k: v.reshape(shape) for k, v in out.items()}
         size = BLOCK if self.witness == "analytic" else 1
         for i in range(0, count, size):
             answer_in_parts(

@@ -10,10 +10,13 @@ from mechlab.engines.mujoco.closure import Closure, ExactDynamics
 from mechlab.engines.mujoco.model import MujocoMap, passive, to_mujoco
 from mechlab.engines.mujoco.plant import MujocoPlant
 from mechlab.errors import MechlabError
+from mechlab.experiment.scene import Settings
+from mechlab.formats.mjcf.write import to_mjcf
 from mechlab.mechanism import (
     Builder,
     ConstraintSet,
     Inertia,
+    Spring,
     TreeKinematics,
     close,
     floating,
@@ -152,3 +155,31 @@ def test_addresses_by_name(lab):
     model, _ = to_mujoco(fourbar)
     assert MujocoMap(fourbar, model).actuators == {"crank_angle": 0}
     assert model.body(MujocoMap(fourbar, model).body("ground")).name == "base"
+
+
+def stopped():
+    """Ends of ranges and dry friction of joints and shafts, a spring with ends, a loop, a gear pair."""
+    b = Builder("stopped")
+    b.body("a", revolute("a", range=(-1.0, 1.0), friction=0.1), inertia=Inertia.cylinder(1.0, 0.03, 0.02))
+    b.body("b", revolute("b", friction=0.2), at=(0.09, 0, 0), inertia=Inertia.cylinder(2.0, 0.06, 0.02))
+    b.body("c", revolute("c"), parent="b", at=(0.1, 0, 0), inertia=Inertia.rod(1.0, (0, 0, 0), (0.2, 0, 0)))
+    b.body("d", prismatic("d", "x", range=(-0.5, 0.5)), at=(0.39, 0, 0), inertia=Inertia.point(1.0, (0.0, 0, 0)))
+    b.gears("mesh", "a", "b", (20, 40))
+    b.shaft("sum", {"a": 1, "c": 1}, friction=0.05, range=(-2.0, 2.0))
+    b.spring(Spring("spring", "ground", "c", (0, 0.3, 0), (0.1, 0, 0), 8.0, 0.5, 0.3, range=(0.05, 0.9)))
+    b.loop("pin", "c", "d", (0.2, 0, 0), (0, 0, 0))
+    return b.build()
+
+
+@pytest.mark.parametrize("settings", [
+    Settings(timestep=3.7e-4), Settings(integrator="discrete", timestep=2.5e-4, timeconst=3.0, impedance=0.99),
+    Settings(integrator="implicitfast", timeconst=None, impedance=None), Settings(integrator="Euler"),
+])  # fmt: skip
+def test_a_model_under_settings_is_that_of_its_text(settings):
+    """A model is compiled once and then given its settings: every number is that of the text compiled under these settings."""
+    for m in (stopped(), robot()):
+        made, text = to_mujoco(m, settings)[0], mujoco.MjModel.from_xml_string(to_mjcf(m, settings))
+        for name in (n for n in dir(text) if not n.startswith("_") and isinstance(getattr(text, n), np.ndarray)):
+            assert np.array_equal(getattr(made, name), getattr(text, name)), name
+        for name in (n for n in dir(text.opt) if not n.startswith("_")):
+            assert np.array_equal(getattr(made.opt, name), getattr(text.opt, name)), name

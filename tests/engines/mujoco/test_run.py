@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -16,7 +17,7 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.laws import Constant, Harmonic, Servo, Viscous
 from mechlab.experiment.motion import Hold
 from mechlab.experiment.scene import Scene, Settings, preset
-from mechlab.mechanism import Builder, Inertia, Mechanism, TreeKinematics, prismatic, revolute, spherical
+from mechlab.mechanism import Builder, Inertia, Mechanism, TreeKinematics, mode_sign, prismatic, revolute, spherical
 
 T = 0.373  # [s] no multiple of any timestep used here
 
@@ -234,7 +235,7 @@ def test_a_law_cannot_compile_a_model(lab):
         kind = "curious"
 
         def force(self, t, plant):
-            to_mujoco(plant.mechanism, Settings(timestep=1.23e-4))
+            to_mujoco(replace(plant.mechanism, gravity=(0.0, 0.0, -1.62)))
             return {}
 
         def targets(self):
@@ -269,3 +270,18 @@ def test_a_law_that_meets_a_lost_state_ends_the_run(capfd: pytest.CaptureFixture
     found = recording.health.finding("blow_up")
     assert found.severity == "error" and 0.4 < recording.t[-1] < 0.6
     assert "DLASCL" not in "".join(capfd.readouterr())
+
+
+def test_a_run_ends_at_the_first_sample_in_another_assembly_mode(lab):
+    """Samples are looked at in blocks; the run ends where the mode changes, told pose by pose, and is the same up to there."""
+    m = lab.fourbar()
+    scene = Scene("free", "full", 0.6, initial_rates={"crank_angle": 8.0})
+    whole, kept = run(m, scene), run(m, replace(scene, keep_mode=("rocker_angle",)))
+    signs = [mode_sign(m, q, ["rocker_angle"]) for q in whole.q]
+    end = next(k for k, sign in enumerate(signs) if sign * signs[0] < 0)
+    assert 40 < end < len(whole.t) - 40 and end % 32
+    assert len(kept.t) == end + 1 and kept.cost.steps == round(kept.t[-1] / kept.settings.timestep)
+    for a, b in ((kept.t, whole.t), (kept.q, whole.q), (kept.v, whole.v), *((kept[n], whole[n]) for n in kept.channels)):
+        assert np.array_equal(a, b[: end + 1])
+    assert not kept.health.trusted and kept.health.finding("assembly_mode").severity == "error"
+    assert "blow_up" not in [f.name for f in kept.health.findings]

@@ -51,7 +51,7 @@ def test_frames_and_names_are_kept():
     assert np.allclose(p.from_pin(p.to_pin(q)), q, atol=1e-15)
     import pinocchio as pin
 
-    data = p.create_data()
+    data = p.model.createData()
     pin.framesForwardKinematics(p.model, data, p.to_pin(q))
     tree = TreeKinematics(m, q)
     for body in m.bodies:
