@@ -55,7 +55,7 @@ def generated(p: Parameters, m: Mapping[str, np.ndarray], k: int) -> float:
 
 
 ENTRY = planar_entry(
-    "freudenstein", "Logarithm generator", "function generator",
+    "freudenstein", "Logarithm generator", "function-generator",
     summary="Four-bar whose output angle follows log10 x for 1 < x < 2, exact at three points.",
     use="Mechanical computing, instruments, matching of two scales.", origin="Ferdinand Freudenstein, 1955", parameters=Parameters,
     linkage=linkage, path=lambda p: {"input_angle": (float(angles(p)[0][0]), float(angles(p)[0][-1]))}, width=lambda p: 0.08 * p.ground,

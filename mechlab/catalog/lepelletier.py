@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from mechlab.errors import MechlabError
 from mechlab.kit.short import Outside, PlotRecipe, builder_entry, parameter, ratio
 from mechlab.kit.train import Train
 from mechlab.mechanism import Mechanism
@@ -17,9 +18,13 @@ TABLE = {1: 4.171, 2: 2.340, 3: 1.521, 4: 1.143, 5: 0.867, 6: 0.691}
 class Parameters:
     """Teeth of the ZF 6HP26; `gear` says which clutches are closed."""
 
-    gear: int = parameter(1, "", "gear that is engaged", low=1, high=6)
+    gear: int = parameter(1, "", "gear that is engaged; not 3, in which the rear set turns as a block", low=1, high=6)
     front: tuple[int, int] = parameter((37, 71), "", "sun and ring of the simple stage", low=12)
     rear: tuple[int, int, int] = parameter((31, 38, 85), "", "small sun, large sun, ring of the Ravigneaux set", low=12)
+
+    def __post_init__(self) -> None:
+        if self.gear == 3:
+            raise MechlabError("lepelletier: gear: 3 locks the planets, the rear set is one block of ratio 1 + s1 / r1; give another.")
 
 
 def build(p: Parameters) -> Mechanism:
