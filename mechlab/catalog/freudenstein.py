@@ -17,9 +17,9 @@ class Parameters(Bars):
     """Input angle linear in x from 1 to 2, output angle linear in log10 x; Chebyshev's three precision points."""
 
     ground: float = parameter(0.2, "m", "pivots O-D", low=0, strict=True)
-    first: float = parameter(0.785, "rad", "input angle at x = 1")
-    turn: float = parameter(1.047, "rad", "input range", low=0, strict=True)
-    first_out: float = parameter(2.356, "rad", "output angle at x = 1")
+    first: float = parameter(1.8, "rad", "input angle at x = 1")
+    turn: float = parameter(1.4, "rad", "input range", low=0, strict=True)
+    first_out: float = parameter(1.4, "rad", "output angle at x = 1")
     turn_out: float = parameter(1.047, "rad", "output range", low=0, strict=True)
 
 

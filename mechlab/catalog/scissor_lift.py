@@ -14,7 +14,7 @@ class Parameters(Bars):
 
     bar: float = parameter(0.4, "m", "bars", low=0, strict=True)
     stages: int = parameter(3, "", "stages", low=1, high=12)
-    low: float = parameter(0.2, "rad", "angle of the bars to the floor, lowered", low=0, high=1.5, strict=True)
+    low: float = parameter(0.4, "rad", "angle of the bars to the floor, lowered", low=0, high=1.5, strict=True)
     high: float = parameter(1.0, "rad", "raised", low=0, high=1.5, strict=True)
 
 
