@@ -40,7 +40,8 @@ def ram(p: Parameters, t: float) -> float:
 ENTRY = planar_entry(
     "knuckle_press", "Knuckle-joint press", "press", summary="Crank, rod and knuckle: long dwell and high force at the bottom.",
     use="Coining and embossing.", origin="Diedrich Uhlhorn's coining press, 1817", parameters=Parameters, linkage=linkage,
-    path=lambda p: {"crank_angle": (0.0, 2 * math.pi)}, width=lambda p: 0.1 * p.upper, servo=(20.0, 0.2), links=("upper_link", "lower_link"), points=("K",),
+    path=lambda p: {"crank_angle": (0.0, 2 * math.pi)}, width=lambda p: 0.1 * p.upper, servo=(20.0, 0.2),
+    links=("upper_link", "lower_link"), points=("K",),
     slides=("F",), sliders=("lower", "rod"), plots=(PlotRecipe("ram", ("F_slide",)),),
     outside=(
         Outside("ram with the crank at 0", "m", lambda p: ram(p, 0.0), lambda p, m: float(m["F_slide"][0]), 1e-9, "ruler and compasses"),
