@@ -24,6 +24,8 @@ Complex = NDArray[np.complex128]
 POSITIONS = 5
 NODES = 16
 """Nodes on a circle at which the resultant, of degree nine, is evaluated."""
+ASKEW = 0.7374
+"""Turn [rad] of the axes in which the resultant is taken; any will do."""
 EXACT = 1e-9
 """Residual of a dyad, relative to the size of the positions, below which it is a solution: ten digits after Newton's method."""
 
@@ -65,7 +67,9 @@ def leading_dyads(places: ArrayLike, angles: ArrayLike) -> tuple[LeadingDyad, ..
     middle = complex(d.mean())
     size = float(np.max(np.abs(d - middle))) or 1.0
     found = list[LeadingDyad]()
-    for m in _circle_points((d - middle) / size, turns):
+    # candidates are told apart by y: the axes of the body are turned, lest two of its pins lie at the same height
+    turned = [m * np.exp(1j * ASKEW) for m in _circle_points((d - middle) / size, turns * np.exp(1j * ASKEW))]
+    for m in turned:
         polished = _polished((d - middle) / size, turns, m)
         if polished is None:
             continue
@@ -126,10 +130,8 @@ def _circle_points(d: Complex, turns: Complex) -> list[complex]:
         if abs(y.imag) > 1e-4 * max(1.0, abs(y)):
             continue
         f, g = _cubics(d, turns, np.complex128(y.real))
-        roots = np.roots(f)
-        x = roots[int(np.argmin([abs(np.polyval(g, r)) for r in roots]))]
-        if abs(x.imag) <= 1e-3 * max(1.0, abs(x)):
-            out.append(complex(x.real, y.real))
+        roots = sorted(np.roots(f), key=lambda r: abs(np.polyval(g, r)))[:2]
+        out += [complex(x.real, y.real) for x in roots if abs(x.imag) <= 1e-3 * max(1.0, abs(x))]
     return out
 
 
