@@ -16,7 +16,7 @@ from mechlab.experiment.scene import Scene, Settings
 from mechlab.kit import benchmark_parts as parts
 from mechlab.kit import mass_check, palette
 from mechlab.kit.checks import moving_check
-from mechlab.kit.own_equations import record_own
+from mechlab.kit.own_equations import COLLOCATION, record_own
 from mechlab.mechanism import Builder, Mechanism, Placement, Spring, prismatic, revolute, shape
 from mechlab.mechanism.geometry import Array, axis_rotation
 from mechlab.mechanism.inertia import Inertia
@@ -189,7 +189,7 @@ def _spin(p: Parameters, fidelity: str) -> Scene:
     )
 
 
-def reference(p: Parameters, scene: Scene, method: str = "Radau", tolerance: float = 1e-12) -> Recording:
+def reference(p: Parameters, scene: Scene, method: str = COLLOCATION, tolerance: float = 1e-12) -> Recording:
     """Arms and slider, with the angular momentum as a constant; both arms move alike."""
     m = build(p, "full")
     spin = p.slider_mass * p.slider_size**2 / 6.0 + p.density * p.shaft_length * p.section**4 / 6.0
@@ -215,7 +215,7 @@ def reference(p: Parameters, scene: Scene, method: str = "Radau", tolerance: flo
     def states(y: Array) -> tuple[Array, Array]:
         alpha, s, phi, dalpha, ds, h = y.T
         values = {"shaft_angle": phi, "slider_height": s, "right_angle": alpha, "left_angle": alpha}
-        turn = h / np.array([own.moment(a)[0] for a in alpha])
+        turn = h / own.moment(alpha)[0]
         rates = {"shaft_angle": turn, "slider_height": ds, "right_angle": dalpha, "left_angle": dalpha}
         return parts.columns(m, values, rates)
 

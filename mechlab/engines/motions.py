@@ -17,9 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.many_motion import ManyMotion, rows_of
+from mechlab.mechanism.many_poses import ManyPoses
 from mechlab.mechanism.many_rows import NewtonSteps
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.named_rows import NamedRows
+from mechlab.mechanism.named_rows import LETTERS
 from mechlab.mechanism.structure import generic
 
 CONSISTENT = 1e-8
@@ -59,47 +61,6 @@ class KeptState(Protocol):
     def rates(self, u: Array) -> Array:
         """(..., nv) rates of the mechanism from the engine's."""
         ...
-
-
-class TreeState:
-    """A mechanism by numpy alone at one state."""
-
-    def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism, self.named = mechanism, NamedRows(mechanism)
-
-    def start(self, q: Array) -> Array:
-        """q (nq,) itself."""
-        return q
-
-    def place(self, x: Array) -> None:
-        """Move to coordinates at rest."""
-        self.named.set(x)
-
-    def move(self, x: Array, u: Array) -> None:
-        """Move to coordinates and rates."""
-        self.named.set(x, u)
-
-    def rate_rows(self, names: Sequence[str]) -> Array:
-        """(m, nv) rows of loops and relations, then of the names."""
-        return self.named.stack(names)
-
-    def accel_rows(self, names: Sequence[str]) -> tuple[Array, Array]:
-        """(m, nv) rows and (m,) dJ/dt v."""
-        named = self.named
-        return named.stack(names), np.concatenate([named.constraints.bias(named.tree), *(named.bias(n) for n in names)])
-
-    def frame(self, name: str) -> tuple[Array, Array, Array, Array]:
-        """Pose, velocity, Jacobian and dJ/dt v of a Frame."""
-        tree, place = self.named.tree, self.mechanism.frame(name)
-        rotation, origin = tree.pose(place.body)
-        point = origin + rotation @ place.placement.translation
-        pose = np.eye(4)
-        pose[:3, :3], pose[:3, 3] = rotation @ place.placement.rotation, point
-        return pose, tree.velocity(place.body, point), tree.jacobian(place.body, point), tree.bias(place.body, point)
-
-    def rates(self, u: Array) -> Array:
-        """(..., nv) themselves."""
-        return u
 
 
 @dataclass(frozen=True)
@@ -163,7 +124,7 @@ class KeptMotions:
         )
 
     def _meet(
-        self, what: str, rows: Sequence[Array], given: Mapping[str, Any], bias: Sequence[Array]
+        self, what: str, rows: Sequence[Array] | Array, given: Mapping[str, Any], bias: Sequence[Array] | Array
     ) -> tuple[Array, Mask]:
         """The smallest (n, width) with rows @ x = [0; given] - bias, and where it exists."""
         steps = self._of(what, tuple(given))
@@ -199,4 +160,47 @@ class KeptMotions:
                 state.move(x, np.zeros(width))
                 rows = state.accel_rows(names)[0]
             self._steps[what, names] = NewtonSteps(rows, np.zeros((0, width)))
+        return self._steps[what, names]
+
+
+class TreeMotions(KeptMotions):
+    """The same by numpy alone, all poses at once."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.poses = ManyPoses(mechanism)
+        self._steps = {}
+
+    def at(
+        self, q: Array, rate: Mapping[str, Any], accel: Mapping[str, Any], frames: Sequence[str] = (), moving: bool = True
+    ) -> Motions:
+        """The motion at poses q (n, nq); see `KeptMotions.at`."""
+        poses, m, count = self.poses.set(q), self.poses.mechanism, len(q)
+        v, a, solved = np.zeros((count, m.nv)), np.zeros((count, m.nv)), np.ones(count, dtype=bool)
+        closure = poses.residual_and_jacobian()[1] if moving else np.zeros((count, 0, m.nv))
+        if moving and rate:
+            rows = np.concatenate([closure, rows_of(poses, tuple(rate))], axis=1)
+            v, solved = self._meet("rate", rows, rate, np.zeros(rows.shape[:2]))
+        motion = ManyMotion(poses, v)
+        if moving and (rate or accel):
+            rows = np.concatenate([closure, rows_of(poses, tuple(accel))], axis=1)
+            a, met = self._meet("accel", rows, accel, np.concatenate([motion.bias(), motion.bias_of(tuple(accel))], axis=1))
+            solved = solved & met
+        told = {}
+        for name in frames:
+            place = m.frame(name)
+            rotation, origin = poses.frame(place.body)
+            point = origin + rotation @ place.placement.translation
+            pose = np.zeros((count, 4, 4))
+            pose[:, :3, :3], pose[:, :3, 3], pose[:, 3, 3] = rotation @ place.placement.rotation, point, 1.0
+            velocity, bias = motion.point(place.body, point)
+            rows = rows_of(poses, [f"{name}_{letter}" for letter in LETTERS])
+            told[name] = pose, velocity, bias + (rows @ a[:, :, None])[:, :, 0]
+        return Motions(v, a, told, solved)
+
+    def _of(self, what: str, names: tuple[str, ...]) -> NewtonSteps:
+        if (what, names) not in self._steps:
+            m = self.poses.mechanism
+            there = ManyPoses(m).set(generic(m)[0][None])
+            rows = np.concatenate([there.residual_and_jacobian()[1], rows_of(there, names)], axis=1)[0]
+            self._steps[what, names] = NewtonSteps(rows, np.zeros((0, m.nv)))
         return self._steps[what, names]

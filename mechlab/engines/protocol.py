@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.clock import spent_on
-from mechlab.engines.motions import KeptMotions, TreeState
+from mechlab.engines.motions import KeptMotions, TreeMotions
 from mechlab.engines.state import EngineState, LoopLoads, MotionForces
 from mechlab.errors import EngineMissing, MechlabError, unknown
 from mechlab.experiment.laws import Law, Plant
@@ -237,7 +237,7 @@ class NumpyTree(Engine):
 
     def motions(self, mechanism: Mechanism) -> KeptMotions:
         """The motions of the tree."""
-        return KeptMotions(TreeState(mechanism))
+        return TreeMotions(mechanism)
 
     def accelerations(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, force: ArrayLike | None = None) -> Array:
         """(nv,) by least squares of the constrained equations, rigid rows, without dry friction; (n, nv) of n states."""

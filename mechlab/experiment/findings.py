@@ -52,7 +52,7 @@ def kinematic_findings(
         return tuple(out)
     constraints = ConstraintSet(mechanism)
     residual, jacobian = ManyPoses(mechanism).set(q).residual_and_jacobian()
-    offset, angle, relation = _row_kinds(mechanism, constraints)
+    offset, angle, relation = row_kinds(mechanism, constraints)
     for name, rows, unit, what in (
         ("loop_gap", offset, "m", "the loops open by up to"),
         ("loop_angle", angle, "rad", "the loops tilt by up to"),
@@ -141,12 +141,15 @@ class _Modes:
             rows += _idle_rows(mechanism, held)
         self.square = len(self.keep) + len(rows) == mechanism.nv
         self.tail = np.array(rows).reshape(len(rows), mechanism.nv)
+        self.constant = not mechanism.loops
 
     def signs(self, jacobian: Array) -> Array:
         """(n,) signs of the determinants with the constraint Jacobians (n, rows, nv); 0 where the matrix is not square or is
         singular."""
         if not self.square:
             return np.zeros(len(jacobian))
+        if self.constant and len(jacobian) > 1:  # the rows of relations are the same in every pose
+            return np.repeat(self.signs(jacobian[:1]), len(jacobian))
         tails = np.broadcast_to(self.tail, (len(jacobian), *self.tail.shape))
         sign, size = np.linalg.slogdet(np.concatenate([jacobian[:, self.keep], tails], axis=1))
         return np.where(size > -60, sign, 0.0)
@@ -219,7 +222,8 @@ def restart_finding(mechanism: Mechanism, t: Array, q: Array, v: Array) -> Findi
     return Finding("restart", float(t[k]), float(t[-1]), "s", "error", text)
 
 
-def _row_kinds(mechanism: Mechanism, constraints: ConstraintSet) -> tuple[list[int], list[int], list[int]]:
+def row_kinds(mechanism: Mechanism, constraints: ConstraintSet) -> tuple[list[int], list[int], list[int]]:
+    """The rows of a closure that are lengths [m], sines of angles, and sums of relations [rad or m]."""
     relations = {r.name for r in mechanism.relations}
     offset: list[int] = []
     angle: list[int] = []

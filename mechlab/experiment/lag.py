@@ -63,16 +63,17 @@ def predicted_lags(mechanism: Mechanism, scene: Scene, settings: Settings) -> tu
     mass, jacobian, free = plant.mass_matrix(), plant.jacobian(), plant.constraint_bias()
     inverse = np.linalg.solve(mass, jacobian.T)
     compliance = jacobian @ inverse
-    largest = np.zeros(len(jacobian))
+    forces = []
     for t in np.linspace(0.0, scene.duration, SAMPLES):
         force = -plant.bias()
         plant.t = float(t)
         for law in scene.laws:
             for name, x in law.force(plant.t, plant).items():
                 force = force + x * mechanism.row(name)
-        # Minimum-norm reactions of redundant rows, as the engine's regularisation gives.
-        reaction = np.linalg.lstsq(compliance, -(jacobian @ np.linalg.solve(mass, force) + free), rcond=1e-11)[0]
-        largest = np.maximum(largest, np.abs(reaction))
+        forces.append(force)
+    needed = -(jacobian @ np.linalg.solve(mass, np.array(forces).T) + free[:, None])
+    # Minimum-norm reactions of redundant rows, as the engine's regularisation gives.
+    largest = np.abs(np.linalg.lstsq(compliance, needed, rcond=1e-11)[0]).max(axis=1)
     soft, names = softness(settings), ConstraintSet(mechanism).rows
     at = {name: k for k, name in enumerate(names)}
     out = []

@@ -25,8 +25,8 @@ class TimeBasis:
     """phi (size,) of the motions given; `values(t, out)` writes it, `row(motion, gains)` is the form of one of the motions."""
 
     def __init__(self, motions: Sequence[PrescribedMotion]) -> None:
-        inner = [m.rates if isinstance(m, AtRate) else m for m in motions]
-        waves = dict.fromkeys((m.frequency, m.phase) for m in inner if isinstance(m, Sine))
+        inner = [_inner(m) for m in motions]
+        waves = dict.fromkeys((m.frequency, m.phase) for m in inner if type(m) is Sine)
         self._waves = {wave: k for k, wave in enumerate(waves)}
         count = len(waves)
         # one by one: up to ten waves cost less than the calls of numpy for all
@@ -38,9 +38,9 @@ class TimeBasis:
         self._known = inner  # keeps the ids of `_place` alive
         tables: dict[tuple[float, ...], list[Spline]] = {}
         for m in inner:
-            if id(m) in self._place or isinstance(m, Hold | Ramp | Sine):
+            if id(m) in self._place or type(m) in (Hold, Ramp, Sine):  # a class derived of one has its own `at`
                 continue
-            if isinstance(m, Spline):
+            if type(m) is Spline:
                 tables.setdefault(m.times, []).append(m)
             else:
                 self._others.append((slice(at, at + 3), m.at))
@@ -66,9 +66,13 @@ class TimeBasis:
 
     def row(self, motion: PrescribedMotion, gains: Gains) -> Array:
         """(size,) r with r @ phi(t) = gains @ (value, rate, acceleration) of one of the motions at t."""
-        if isinstance(motion, AtRate):
+        if type(motion) is AtRate:
             return self.row(motion.rates, (gains[1], gains[2], 0.0))
         out = np.zeros(self.size)
+        if id(motion) in self._place:
+            at, step = self._place[id(motion)]
+            out[at], out[at + step], out[at + 2 * step] = gains
+            return out
         match motion:
             case Hold():
                 out[0] = gains[0] * motion.value
@@ -80,10 +84,11 @@ class TimeBasis:
                 out[0] = gains[0] * motion.offset
                 out[self._sine][k] = motion.amplitude * (gains[0] - gains[2] * w * w)
                 out[self._cosine][k] = gains[1] * motion.amplitude * w
-            case _:
-                at, step = self._place[id(motion)]
-                out[at], out[at + step], out[at + 2 * step] = gains
         return out
+
+
+def _inner(motion: PrescribedMotion) -> PrescribedMotion:
+    return _inner(motion.rates) if type(motion) is AtRate else motion
 
 
 class _SplineTable:

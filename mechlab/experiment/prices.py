@@ -56,11 +56,11 @@ OBSERVED_POSE = Price(2e-5, rates=3e-6)
 BATCH, BATCH_POSE, BATCH_SOLVED, SPARSE_SOLVED = 1.5e-4, 4e-7, 6e-10, 3e-8
 """Many poses together in numpy: price of a call, and for each pose per nv (kinematics), per nv^3 (linear equations) and per
 product of a sparse elimination."""
-CALLBACK = 8e-6
-"""A call from MuJoCo to laws in Python."""
+CALLBACK = 3e-6
+"""A call from MuJoCo to the compiled laws."""
 LAWS = {
-    "constant": 1e-7, "harmonic": 1e-6, "viscous": 1e-6, "viscous_between": 1e-6, "servo": 1.5e-6, "dc_motor": 1e-6, "motor": 1e-6,
-    "held_rates": 5e-5, "floor": 8.5e-5, "computed_torque": 1.2e-4,
+    "constant": 1e-7, "harmonic": 4e-7, "table": 6e-7, "viscous": 1e-7, "viscous_between": 1e-7, "servo": 3e-7, "dc_motor": 1e-6,
+    "motor": 1e-7, "constant_power": 1e-6, "one_sided_stop": 1e-6, "held_rates": 2.2e-5, "floor": 9e-6, "computed_torque": 4e-5,
 }  # fmt: skip
 """Kind of law -> price of one call [s]."""
 OTHER_LAW = 3e-6

@@ -8,6 +8,7 @@ from mechlab.integrate.adaptive import (
     integrate_adaptive,
     integrate_lsoda,
 )
+from mechlab.integrate.collocation import integrate_collocated
 from mechlab.integrate.fixed import EULER, HEUN, RK4, RK38, TABLEAUX, FixedStepEnd, Tableau, integrate_fixed, step
 from mechlab.integrate.hybrid import Ending, Event, HybridTrajectory, Modes, RoughProblem, integrate_hybrid, modes_at
 from mechlab.integrate.work import OutOfWork, count_work, work_done, work_limit
@@ -15,6 +16,6 @@ from mechlab.integrate.work import OutOfWork, count_work, work_done, work_limit
 __all__ = [
     "ADAPTIVE", "EULER", "HEUN", "RK4", "RK38", "TABLEAUX", "Ending", "Event", "FixedStepEnd", "HybridTrajectory",
     "IntegrationStatus", "LsodaStates", "Modes", "OutOfWork", "RoughProblem", "Tableau", "Trajectory", "count_work",
-    "integrate_adaptive", "integrate_fixed", "integrate_hybrid", "integrate_lsoda", "modes_at", "step", "work_done",
+    "integrate_adaptive", "integrate_collocated", "integrate_fixed", "integrate_hybrid", "integrate_lsoda", "modes_at", "step", "work_done",
     "work_limit",
 ]  # fmt: skip

@@ -130,7 +130,7 @@ class Benchmark:
     def entry(self, bodies: str, scene: str, text: str, checks: Sequence[Check] = (), **more: Any) -> Entry:
         """The Entry of the problem. bodies: what its model is made of; scene, text: name of the scene and what happens in it;
         checks: those besides the two of every benchmark; more: what else an `Entry` takes."""
-        engines, source = "MuJoCo and Pinocchio against own equations", "own equations, DOP853 or Radau, 1e-12"
+        engines, source = "MuJoCo and Pinocchio against own equations", "own equations, DOP853 or collocation, 1e-12"
         both = (
             Check("B1", engines, self.against_engines, source),
             Check("B2", "own equations against printed values", self.against_printed, "printed reference solutions"),

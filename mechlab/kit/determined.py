@@ -89,10 +89,10 @@ class _Question:
         wanted = np.concatenate([np.zeros(len(bias) - len(self.accel)), list(self.accel.values())])
         return _smallest(named.stack(self.accel), wanted - bias)
 
-    def assume(self) -> tuple[str, ...]:
-        """Sets to 0 the free accelerations of coordinates whose value or rate is given; returns their keys."""
+    def assume(self, free: Array) -> tuple[str, ...]:
+        """Sets to 0 the free accelerations of coordinates whose value or rate is given; returns their keys. free (nv, k): directions
+        that the given rates leave open."""
         self.named.set(self.q)
-        free = self.left(1, list(self.rate))
         known = [n for n in self.position if not n.endswith("_rotation") and _still(self.named.rows(n), free)]
         out = []
         for name in dict.fromkeys([*self.rate, *known]):
@@ -141,7 +141,7 @@ def determined(m: Mechanism, q: Array, given: Mapping[str, Any], wanted: Sequenc
     asked = _Question(m, np.asarray(q, dtype=float), given)
     moving = bool(asked.rate or asked.accel)
     items = {key: level(m, key) for key in wanted}
-    assumed = asked.assume() if moving else ()
+    assumed = asked.assume(asked.left(1, list(asked.rate))) if moving else ()
     names = (list(asked.position), list(asked.rate), list(asked.accel))
     orders = (0, 1, 2) if moving else (0,)
     left = [asked.left(k, names[k]) for k in orders]
@@ -154,6 +154,14 @@ def determined(m: Mechanism, q: Array, given: Mapping[str, Any], wanted: Sequenc
             for key in keys:
                 hangs[key].append((order, name))
     return Determined(_grouped(m, hangs), idle, assumed)
+
+
+def with_nothing_open(m: Mechanism, q: Array, given: Mapping[str, Any], wanted: Sequence[str]) -> Determined:
+    """`determined` at a pose where the given values, and the given rates, are known to leave no motion open."""
+    asked = _Question(m, q, given)
+    moving = bool(asked.rate or asked.accel)
+    assumed = asked.assume(np.zeros((m.nv, 0))) if moving else ()
+    return Determined((), _idle(asked, {key: level(m, key) for key in wanted}, (0, 1, 2) if moving else (0,)), assumed)
 
 
 def _tried(

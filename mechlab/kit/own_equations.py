@@ -14,12 +14,14 @@ from mechlab.errors import NoSolution
 from mechlab.experiment.prices import OWN_EQUATIONS
 from mechlab.experiment.recording import Cost, Recording, basic_channels
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.integrate import count_work, integrate_adaptive
+from mechlab.integrate import count_work, integrate_adaptive, integrate_collocated
 from mechlab.mechanism import Mechanism
 
 Array = NDArray[np.float64]
 SAMPLES = 2001
 TOLERANCE = 1e-13
+COLLOCATION = "collocation"
+"""Method of `record_own` for stiff equations that take many states at once: `mechlab.integrate.collocation`."""
 
 
 class _Joint:
@@ -64,19 +66,23 @@ def record_own(
     """A Recording of y' = slope(t, y) from `start` over the duration of the scene, at SAMPLES even times.
 
     states: (n, m) states y -> coordinates (n, nq) and rates (n, nv) of the mechanism. `tolerance` is relative; the
-    absolute tolerance is a tenth of it. Raises NoSolution when the integration does not reach the end.
+    absolute tolerance is a tenth of it. method: of `integrate_adaptive`, or COLLOCATION, for which slope takes many states,
+    t (k,) and y (k, m), too. Raises NoSolution when the integration does not reach the end.
     """
 
-    def counted(t: float, y: Array) -> Array:
+    def counted(t: Any, y: Array) -> Array:
         count_work(OWN_EQUATIONS)
         return slope(t, y)
 
     tolerance = max(tolerance, 2.3e-14)  # scipy refuses less than a hundred times the rounding unit
     began = time.thread_time()
     with spent_on("integrate"), np.errstate(over="ignore"):  # Radau's difference quotients by a state that nothing depends on
-        found = integrate_adaptive(
-            counted, 0.0, start, scene.duration, method=method, rtol=tolerance, atol=0.1 * tolerance
-        )
+        if method == COLLOCATION:
+            found = integrate_collocated(counted, 0.0, start, scene.duration, rtol=tolerance, atol=0.1 * tolerance)
+        else:
+            found = integrate_adaptive(
+                counted, 0.0, start, scene.duration, method=method, rtol=tolerance, atol=0.1 * tolerance
+            )
     spent = time.thread_time() - began
     if not found.complete:
         raise NoSolution(f"{mechanism.name}: own equations end at t = {found.t[-1]:.6g} s: {found.outcome.value}.")

@@ -76,6 +76,13 @@ def by_engines(
             for x in found
         ]
 
+    return together_for_engines(ask)
+
+
+def together_for_engines(ask: Callable[[str, Any, Mapping[str, Any], int], Sequence[Answer]]) -> dict[str, Witness]:
+    """The witnesses "pinocchio" and "mujoco" from ask(engine, p, given, count), which answers at `count` poses, given as numbers or
+    arrays (count,)."""
+
     def witness(engine: str) -> Witness:
         return WitnessInBulk(lambda p, values, count: ask(engine, p, values, count))
 

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from mechlab.kit.determined import SINGULAR
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kept import LastKept
+from mechlab.mechanism.many_motion import rows_of
 from mechlab.mechanism.many_poses import ManyPoses
 from mechlab.mechanism.many_rows import independent, inverted
 from mechlab.mechanism.model import Mechanism
@@ -44,7 +45,6 @@ class Regularity:
         sizes = np.linalg.norm(self._drives, axis=1)[:, None]
         self._scaled_drives = self._drives / np.where(sizes > 1e-14, sizes, 1.0)
         self._held = independent(np.concatenate([there, self._scaled_drives]))
-        self._frames = {f"{f.name}_{part}": (f, part) for f in m.frames for part in (*LETTERS, "rotation")}
 
     def set(self, q: Array) -> Regularity:
         """Move to the poses."""
@@ -54,21 +54,7 @@ class Regularity:
 
     def rows(self, names: Sequence[str]) -> Array:
         """(n, k, nv) rows of joints, shafts and coordinates of frames."""
-        m, count = self.mechanism, len(self.closure)
-        parts = [np.zeros((count, 0, m.nv))]
-        for name in names:
-            if name in m.scalar_names:
-                parts.append(np.broadcast_to(m.row(name), (count, 1, m.nv)))
-                continue
-            frame, part = self._frames[name]
-            rotation, origin = self.poses.frame(frame.body)
-            linear, angular = self.poses.motion(frame.body, origin + rotation @ frame.placement.translation)
-            if part == "rotation":
-                parts.append(np.swapaxes(angular, 1, 2))
-            else:
-                k = LETTERS.index(part)
-                parts.append(linear[:, None, :, k] if k < 3 else angular[:, None, :, k - 3])
-        return np.concatenate(parts, axis=1)
+        return rows_of(self.poses, names)
 
     def fixed(self, names: Sequence[str]) -> Mask:
         """(n,) where closure and the rows of the names, local freedoms aside, surely leave no motion open."""

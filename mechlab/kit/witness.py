@@ -5,28 +5,32 @@ Quantities are named as in `mechlab.kit.quantities`. Only quantities that the gi
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from mechlab.engines.closer import confirmed
 from mechlab.engines.motions import Motions
 from mechlab.engines.protocol import Engine, engine
 from mechlab.errors import EngineMissing, NoSolution, unknown
 from mechlab.experiment.question import Answer
-from mechlab.kit.determined import determined
+from mechlab.kit.determined import Determined, determined, with_nothing_open
 from mechlab.kit.quantities import level, quantities, split
 from mechlab.kit.regular import kept_regularity
 from mechlab.mechanism import Mechanism, Status, TreeKinematics, singularity
-from mechlab.mechanism.closing import close_many
+from mechlab.mechanism.closing import ManyClosed, close_many
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kept import LastKept
 from mechlab.mechanism.length_unit import coordinate_units, in_unit_of_length, is_length
 from mechlab.mechanism.many_rows import ManyRows
 from mechlab.mechanism.named_rows import LETTERS
+
+FROM_REFERENCE = 10
+"""Least number of steps of the path that a search takes from the reference pose."""
 
 
 def engine_answer(
@@ -58,7 +62,8 @@ def engine_answers(
     steps: int = 10,
     output: str | None = None,
 ) -> list[Answer]:
-    """`engine_answer` at `count` poses, given as numbers or arrays (count,); starts: a pose (nq,) or None for each.
+    """`engine_answer` at `count` poses, given as numbers or arrays (count,); starts: a pose (nq,) or None for each; steps: least number
+    of those of the path that a search takes from a given start.
 
     All poses are closed together, from where the engine closes each by its own kinematics (`mechlab.engines.closer.confirmed`); what is
     not surely regular there, or does not close on this way, is searched pose by pose.
@@ -69,7 +74,8 @@ def engine_answers(
         r = engine(witness)
         found = _together(r, m, given, wanted, count, starts, output)
         for k in (k for k in range(count) if k not in found):
-            found[k] = _searched(r, m, at_pose(given, k, count), wanted, None if starts is None else starts[k], steps, output)
+            start = None if starts is None else starts[k]
+            found[k] = _searched(r, m, at_pose(given, k, count), wanted, start, FROM_REFERENCE if start is None else steps, output)
     except EngineMissing as missing:
         return [Answer(cannot=str(missing))] * count
     return [found[k] for k in range(count)]
@@ -86,45 +92,92 @@ def at_pose(given: Mapping[str, Any], k: int, count: int) -> dict[str, Any]:
     return out
 
 
-def _together(
-    r: Engine, m: Mechanism, given: Mapping[str, Any], wanted: Sequence[str], count: int, starts: Sequence[Array | None] | None,
+@dataclass(frozen=True)
+class _Prepared:
+    """What all engines start from: targets (names, each (n,) or (n, 3, 3)) and poses closed by numpy; `at` (k,), the poses that
+    are regular; given rates and accelerations, those set to 0 included; what is determined there."""
+
+    targets: tuple[Array, ...]
+    led: ManyClosed
+    at: NDArray[np.int_]
+    rate: dict[str, Any]
+    accel: dict[str, Any]
+    what: Determined
+
+
+def _prepared(
+    m: Mechanism, given: Mapping[str, Any], wanted: Sequence[str], count: int, starts: Sequence[Array | None] | None,
     output: str | None,
-) -> dict[int, Answer]:  # fmt: skip
-    """Answers at the poses that close on the straight way and are regular, by the number of the pose."""
+) -> _Prepared:  # fmt: skip
     position, rate, accel = split(m, given)
     rows = kept_rows(m, tuple(position))
     reference = m.reference()
     start = reference if starts is None else np.array([reference if x is None else x for x in starts])
     targets = rows.targets(position, count)
-    q, residual, sure = confirmed(r.pose_equations(m, rows.names), close_many(rows, start, targets, count), targets)
-    if not sure.any():
-        return {}
-    first = int(np.argmax(sure))
-    what = determined(m, q[first], at_pose(given, first, count), wanted)
-    if what.open:
-        return {}
-    accel |= dict.fromkeys((level(m, key)[0] for key in what.assumed), 0.0)
-    at = np.flatnonzero(sure)
-    look = kept_regularity(m).set(q[at])
-    fine = ~look.singular(output)
-    for names in {tuple(position), *((tuple(rate), tuple(accel)) if rate or accel else ())}:
-        fine &= look.fixed(names)
-    answered = [key for key in wanted if key not in what.unfixed]
-    frames = [f.name for f in m.frames if any(key.startswith(f"{f.name}_") and key not in m.scalar_names for key in answered)]
-    at = at[fine]
+    led = close_many(rows, start, targets, count)
+    at, moving, what = np.flatnonzero(led.closed), bool(rate or accel), Determined()
+    if len(at):
+        look = kept_regularity(m).set(led.q[at])
+        fine = ~look.singular(output) & look.fixed(tuple(position))
+        if moving:
+            fine &= look.fixed(tuple(rate))
+        if fine.any():
+            first = int(at[np.argmax(fine)])
+            what = with_nothing_open(m, led.q[first], at_pose(given, first, count), wanted)
+            accel |= dict.fromkeys((level(m, key)[0] for key in what.assumed), 0.0)
+        if moving:
+            fine &= look.fixed(tuple(accel))
+        at = at[fine]
+    return _Prepared(targets, led, at, rate, accel, what)
+
+
+class _LastPrepared(threading.local):
+    """The last question of a thread, which one engine after the other is asked."""
+
+    def __init__(self) -> None:
+        self._kept: tuple[Mechanism, tuple[Any, ...], _Prepared] | None = None
+
+    def get(self, m: Mechanism, given: Mapping[str, Any], *rest: Any) -> _Prepared:
+        """`_prepared`, or what it gave for the same question."""
+        wanted, count, starts, output = rest
+        values = tuple((k, np.asarray(x, dtype=float).tobytes()) for k, x in given.items())
+        begin = None if starts is None else tuple(None if x is None else np.asarray(x, dtype=float).tobytes() for x in starts)
+        key = values, tuple(wanted), count, begin, output
+        if self._kept is None or self._kept[0] is not m or self._kept[1] != key:
+            self._kept = m, key, _prepared(m, given, *rest)
+        return self._kept[2]
+
+
+_LAST = _LastPrepared()
+
+
+def _together(
+    r: Engine, m: Mechanism, given: Mapping[str, Any], wanted: Sequence[str], count: int, starts: Sequence[Array | None] | None,
+    output: str | None,
+) -> dict[int, Answer]:  # fmt: skip
+    """Answers at the poses that close on the straight way and are regular, by the number of the pose."""
+    common = _LAST.get(m, given, wanted, count, starts, output)
+    at, what = common.at, common.what
     if not len(at):
         return {}
-    moving = bool(rate or accel)
-    motion = r.motions(m).at(q[at], _those(rate, at), _those(accel, at), frames, moving)
-    values = {key: _value(m, key, q[at], motion) for key in answered}
+    names = tuple(split(m, given)[0])
+    q, _, sure = confirmed(r.pose_equations(m, names), common.led.at(at), [t[at] for t in common.targets])
+    answered = [key for key in wanted if key not in what.unfixed]
+    motion = r.motions(m).at(q, _those(common.rate, at), _those(common.accel, at), _frames(m, answered), bool(common.rate or common.accel))
+    values = {key: _value(m, key, q, motion) for key in answered}
     values |= {key: np.zeros(len(at)) for key in what.assumed if key in values}  # exactly, not as the engine rounds it
     columns = list(zip(*(x.tolist() for x in values.values()), strict=True)) if values else [()] * len(at)
     assumed = dict.fromkeys(what.assumed, 0.0)
     return {
         int(k): Answer(dict(zip(values, numbers, strict=True)), idle=what.idle, assumed=assumed)
-        for k, numbers, solved in zip(at, columns, motion.solved, strict=True)
+        for k, numbers, solved in zip(at, columns, sure & motion.solved, strict=True)
         if solved
     }
+
+
+def _frames(m: Mechanism, keys: Iterable[str]) -> list[str]:
+    """Frames of which a key is a coordinate."""
+    return [f.name for f in m.frames if any(k.startswith(f"{f.name}_") and k not in m.scalar_names for k in keys)]
 
 
 def _those(given: Mapping[str, Any], at: Any) -> dict[str, Any]:
@@ -218,9 +271,8 @@ def _motion(
 ) -> dict[str, Any]:
     v = r.rates(m, q, rate) if rate else np.zeros(m.nv)
     a = r.accelerations_of(m, q, v, accel) if rate or accel else np.zeros(m.nv)
-    names = [f.name for f in m.frames if any(key.startswith(f"{f.name}_") and key not in m.scalar_names for key in wanted)]
     frames = {}
-    for name in names:
+    for name in _frames(m, wanted):
         pose, velocity, acceleration = r.frame_motion(m, name, q, v, a)
         frames[name] = pose[None], velocity[None], acceleration[None]
     motion = Motions(v[None], a[None], frames)

@@ -164,10 +164,12 @@ METHODS: tuple[Method, ...] = (
 """Softness of MuJoCo's hard constraints goes with h^2, which limits RK4 with loops to order 2."""
 
 PEER_METHODS: tuple[Method, ...] = (
-    Method("Exudyn generalized-alpha", "exudyn", "generalized-alpha", "own", order=2),
-    Method("Exudyn generalized-alpha, full Newton", "exudyn", "generalized-alpha, full Newton", "own", order=2),
-    Method("Exudyn trapezoidal", "exudyn", "trapezoidal", "own", order=2),
-    Method("Exudyn trapezoidal, full Newton", "exudyn", "trapezoidal, full Newton", "own", order=2),
+    *(
+        Method(f"Exudyn {rule}{bodies}{newton}", "exudyn", f"{rule}{bodies}{newton}", "own", order=2)
+        for rule in ("generalized-alpha", "trapezoidal")
+        for bodies in ("", ", planar bodies")
+        for newton in ("", ", full Newton")
+    ),
     Method("Exudyn RK44", "exudyn", "RK44", "own", order=4),
     Method("Exudyn RK67", "exudyn", "RK67", "own", order=6),
     Method("Exudyn DOPRI5", "exudyn", "DOPRI5", "own", "tolerance", 5),

@@ -65,7 +65,7 @@ class BatchDynamics:
             except np.linalg.LinAlgError:
                 pass
         jacobian = self.rows.evaluate(q)[1]
-        return _solved(mass, push, jacobian, -self.rows.bias(poses, screws, turned, v))
+        return constrained_accelerations(mass, push, jacobian, -self.rows.bias(poses, screws, turned, v))
 
     def _masses(
         self, poses: Poses, screws: tuple[Array, Array], turned: tuple[Array, Array], v: Array
@@ -117,7 +117,7 @@ class BatchDynamics:
         return np.asarray(out)
 
 
-def _solved(mass: Array, push: Array, rows: Array, needed: Array) -> Array:
+def constrained_accelerations(mass: Array, push: Array, rows: Array, needed: Array) -> Array:
     """(P, nv) a of M a = push + J^T r, J a = needed; rows may be redundant. Where M is singular, or the refinement does not settle,
     a state is solved by least squares."""
     across_ = np.swapaxes(rows, 1, 2)

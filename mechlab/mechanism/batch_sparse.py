@@ -12,14 +12,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mechlab.mechanism.batch_tree import CACHED, BatchRows, crossed
+from mechlab.mechanism.batch_tree import CACHED, BatchRows, BatchTree, crossed
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.model import Mechanism
 
 LARGE = 60
 """Joints up to which dense equations are as fast; below it numbers do not change by a bit."""
 FEWER = 50
 """A product of the elimination costs as much as this many of the dense equations."""
 
+VOID = 1e-14
+"""Size of a row at a generic pose below which it is rounding."""
 LANCZOS = 20
 """Steps to a smallest singular value."""
 
@@ -342,5 +345,28 @@ def smallest_of_rows(matrices: Array) -> Array | None:
         return None
     try:
         return equations.smallest(values)
+    except np.linalg.LinAlgError:
+        return None
+
+
+def smallest_of_closures(mechanism: Mechanism, generic: Array, poses: Array, rank: int) -> Array | None:
+    """(P,) smallest singular value of the rows of all loops and relations at poses (P, nq), each row by its size at a generic pose
+    (nq,); None where it costs less to compute it densely, and where more rows are there than their rank."""
+    if mechanism.nv <= LARGE or any(j.nv != 1 for j in mechanism.joints):
+        return None
+    rows = SparseRows(BatchRows(BatchTree(mechanism)))
+    values, _ = rows.at(generic[None])
+    sizes = np.sqrt(np.bincount(rows.row, values[:, 0] ** 2, rows.count))
+    there = sizes > VOID
+    if np.count_nonzero(there) != rank:
+        return None
+    kept = np.flatnonzero(there[rows.row])
+    number = np.cumsum(there) - 1
+    equations = SparseLeastSquares(rows.column[kept], number[rows.row[kept]], rank)
+    if not equations.pays:
+        return None
+    values, _ = rows.at(poses)
+    try:
+        return equations.smallest(values[kept] / sizes[rows.row[kept], None])
     except np.linalg.LinAlgError:
         return None

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +49,10 @@ class ManyClosed:
     inverse: Array
     closed: Mask
     residual: Array
+
+    def at(self, which: Any) -> ManyClosed:
+        """The same at some of the poses."""
+        return ManyClosed(self.q[which], self.placed.at(which), self.inverse[which], self.closed[which], self.residual[which])
 
 
 def close_many(rows: ManyRows, start: Array, targets: Sequence[Array], count: int = 1) -> ManyClosed:

@@ -52,8 +52,10 @@ class Kinematics(Protocol):
 def moving_rates(m: Mechanism) -> list[list[int]]:
     """For each body the rates that move it: those of its joints and of the bodies that carry it."""
     out: dict[str, list[int]] = {GROUND: []}
+    at = m.v_slice
     for body in m.bodies:
-        out[body.name] = out[body.parent] + [k for j in body.joints for k in range(m.nv)[m.v_slice[j.name]]]
+        own = [k for j in body.joints for k in range(at[j.name].start, at[j.name].stop)]
+        out[body.name] = out[body.parent] + own if own else out[body.parent]
     return [out[b.name] for b in m.bodies]
 
 

@@ -29,11 +29,11 @@ class ManyPoses:
         self.index = {GROUND: -1} | {b.name: i for i, b in enumerate(mechanism.bodies)}
         self._parents = [self.index[b.parent] for b in mechanism.bodies]
         self._columns, self.turns = moving_rates(mechanism), turning_rates(mechanism)
-        self._carries = np.zeros((len(mechanism.bodies), mechanism.nv))
+        self.carries = np.zeros((len(mechanism.bodies), mechanism.nv))
         for i, columns in enumerate(self._columns):
-            self._carries[i, columns] = 1.0
+            self.carries[i, columns] = 1.0
         constraints = ConstraintSet(mechanism)
-        self._loops = [
+        self.loops = [
             (x, constraints.slices[x.name], constraints.items[k].rows) for k, x in enumerate(mechanism.loops)
         ]
         self._relations = [(x, constraints.slices[x.name].start) for x in mechanism.relations]
@@ -106,11 +106,23 @@ class ManyPoses:
             out[:, k] = rotation @ frame.placement.translation + origin
         return out
 
+    def before(self) -> Array:
+        """(nv, nv) 1 where a rate (second index) moves the joint of another (first index) as a whole: the joints that carry it."""
+        m = self.mechanism
+        out = np.zeros((m.nv, m.nv))
+        for parent, body in zip(self._parents, m.bodies, strict=True):
+            on = self.carries[parent].copy() if parent >= 0 else np.zeros(m.nv)
+            for joint in body.joints:
+                s = m.v_slice[joint.name]
+                out[s] = on
+                on[s] = 1.0
+        return out
+
     def twists(self, v: Array) -> tuple[Array, Array]:
         """(n, nb, 3) velocity of the point of each body that is at the world's origin, and angular velocity, at rates v (n, nv)."""
         turning, turns = self.axes * v[..., None], self.turns[:, None]
         linear = turns * _cross(self.anchors, turning) + (1.0 - turns) * turning
-        return self._carries @ linear, self._carries @ (turns * turning)
+        return self.carries @ linear, self.carries @ (turns * turning)
 
     def spring(self, spring: Spring, v: Array) -> tuple[Array, Array]:
         """(n,) length [m] of a spring between two points, and its rate [m/s] at rates v (n, nv); 0 where the points meet."""
@@ -128,7 +140,7 @@ class ManyPoses:
         """(n, rows) and (n, rows, nv) of all constraints, in the order of `ConstraintSet`."""
         n, nv = len(self.q), self.mechanism.nv
         residual, jacobian = np.zeros((n, self.rows)), np.zeros((n, self.rows, nv))
-        for loop, place, names in self._loops:
+        for loop, place, names in self.loops:
             columns = self._between(loop.body_a, loop.body_b)
             residual[:, place], jacobian[:, place, columns] = self._loop(loop, names, columns)
         for relation, row in self._relations:
@@ -151,7 +163,7 @@ class ManyPoses:
         velocity."""
         i = self.index[body]
         columns = list(range(self.mechanism.nv)) if columns is None else columns
-        on = self._carries[i, columns][:, None] if i >= 0 else np.zeros((len(columns), 1))
+        on = self.carries[i, columns][:, None] if i >= 0 else np.zeros((len(columns), 1))
         axes, turns = on * self.axes[:, columns], self.turns[columns][:, None]
         linear = turns * _cross(axes, point[:, None] - self.anchors[:, columns]) + (1.0 - turns) * axes
         return linear, turns * axes

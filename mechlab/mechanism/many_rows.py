@@ -16,14 +16,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mechlab.errors import MechlabError, unknown
+from mechlab.errors import MechlabError
+from mechlab.mechanism.batch_sparse import smallest_of_rows
 from mechlab.mechanism.batch_tree import BatchRows, BatchTree
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.many_motion import frame_part
 from mechlab.mechanism.many_poses import ManyPoses, matrices, rotation_vectors
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Frame
-from mechlab.mechanism.structure import generic, independent_rows, structure
+from mechlab.mechanism.structure import CERTAIN, generic, independent_rows, structure
 
 Indices = NDArray[np.int_]
 VOID = 1e-12
@@ -62,7 +64,7 @@ class ManyRows:
         self._frames: dict[str, tuple[Frame, str]] = {}
         for name in self.names:
             if name not in m.scalar_names:
-                self._frames[name] = _frame_part(m, name)
+                self._frames[name] = _position_part(m, name)
         self._scalars = np.array([m.row(n) for n in self.names if n not in self._frames]).reshape(-1, m.nv)
         self._zeros = np.array([m.zero(n) for n in self.names if n not in self._frames])
         simple = not self._frames and all(j.nv == 1 for j in m.joints)
@@ -93,6 +95,15 @@ class ManyRows:
             values.append(value)
             blocks.append(block)
         return Placed(gap, tuple(values), np.concatenate(blocks, axis=1))
+
+    def one(self, q: Array, targets: Sequence[Any]) -> tuple[Array, Array]:
+        """(m,) residual and (m, nv) Jacobian at one pose q (nq,), in the fewest calls."""
+        if self._batch is None or not self._batch.count:
+            placed = self.at(q[None])
+            return self.missing(placed, [np.asarray(x, dtype=float)[None] for x in targets])[0], placed.rows[0]
+        system = self._batch.system(q[None])[0]
+        off = self._scalars @ q[self.mechanism.q_columns] + (self._zeros - targets)
+        return np.concatenate([system[:, -1], off]), np.concatenate([system[:, :-1], self._scalars])
 
     def _frame(self, frame: Frame, part: str) -> tuple[Array, Array]:
         assert self._poses is not None
@@ -196,6 +207,9 @@ def independent(rows: Array) -> Indices:
     """Indices, rising, of rows (m, n) that span all of them: the largest remainder is chosen next, rows measured by their size."""
     norms = np.linalg.norm(rows, axis=1)
     rest = rows / np.where(norms > VOID, norms, np.inf)[:, None]
+    smallest = smallest_of_rows(rest[None])
+    if smallest is not None and smallest[0] > CERTAIN:  # of a large mechanism: all that are not void
+        return np.flatnonzero(norms > VOID)
     kept: list[int] = []
     while len(kept) < min(rows.shape):
         sizes = np.linalg.norm(rest, axis=1)
@@ -276,9 +290,8 @@ def inverted(matrices: Array) -> Array:
         return np.asarray(out)
 
 
-def _frame_part(m: Mechanism, name: str) -> tuple[Frame, str]:
-    for frame in m.frames:
-        part = name.removeprefix(f"{frame.name}_")
-        if part != name and part in PARTS:
-            return frame, part
-    raise unknown(f"{m.name}: quantity", name, [*m.scalar_names, *(f"{f.name}_{p}" for f in m.frames for p in PARTS)])
+def _position_part(m: Mechanism, name: str) -> tuple[Frame, str]:
+    frame, part = frame_part(m, name)
+    if part not in PARTS:
+        raise MechlabError(f"{name} is a rate of turning and has no value; give {frame.name}_rotation.")
+    return frame, part

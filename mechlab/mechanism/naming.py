@@ -41,10 +41,15 @@ def refuse_collisions(m: Mechanism) -> None:
     """Raise MechlabError for two parts with one key, unless it is the same quantity: a slide named as the coordinate of
     the frame that it moves (`floating("p")` and a frame "p")."""
     seen: dict[str, str] = {}
+    same: dict[str, bool] = {}
     for key, what in keys_of(m):
         if key not in seen:
             seen[key] = what
-        elif seen[key] != what and not _same(m, key):
+            continue
+        name = key.removesuffix("_rate").removesuffix("_accel")
+        if seen[key] != what and name not in same:
+            same[name] = _same(m, name)
+        if seen[key] != what and not same[name]:
             raise MechlabError(f"{m.name}: {key!r} would mean {seen[key]} and {what}: give one of them another name.")
 
 
@@ -63,9 +68,8 @@ def colliding_frame(frame: str, scalars: Collection[str]) -> bool:
     return any(f"{name}{s}" in keys for name in scalars if name.startswith(frame) for s in SCALAR)
 
 
-def _same(m: Mechanism, key: str) -> bool:
-    """True when the key is a frame coordinate that equals the joint of the same name at three random poses."""
-    name = key.removesuffix("_rate").removesuffix("_accel")
+def _same(m: Mechanism, name: str) -> bool:
+    """True when the name is a frame coordinate that equals the joint of the same name at three random poses."""
     frame = next((f for f in m.frames if name in {f"{f.name}_{a}" for a in "xyz"}), None)
     if frame is None or name not in m.scalar_names:
         return False

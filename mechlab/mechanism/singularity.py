@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from mechlab.mechanism.batch_sparse import smallest_of_rows
+from mechlab.mechanism.batch_sparse import smallest_of_closures
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
@@ -48,26 +48,24 @@ def singularity(
 
 def nearest_to_singular(mechanism: Mechanism, poses: Array) -> tuple[int, float]:
     """Index of the pose in q (n, nq) nearest to a singular position of the constraints, and its distance: the smallest
-    singular value of the Jacobian at the usual rank, over its median of all poses; 1 without rows. Rows are scaled by
+    singular value of the Jacobian at the usual rank, over its median of all poses; 1 without loops. Rows are scaled by
     their size at a generic pose."""
     best = structure(mechanism)
-    if not best.rank:
+    if not best.rank or not mechanism.loops:  # the rows of relations are the same in every pose
         return 0, 1.0
-    usual = np.linalg.norm(generic(mechanism)[1], axis=1)
-    jacobians = ManyPoses(mechanism).set(poses).residual_and_jacobian()[1]
-    scaled = _scaled(jacobians, usual)
-    found = smallest_of_rows(scaled) if best.rank == np.count_nonzero(usual) else None
-    smallest = np.linalg.svd(scaled, compute_uv=False)[:, best.rank - 1] if found is None else found
+    q, generic_rows = generic(mechanism)
+    smallest = smallest_of_closures(mechanism, q, poses, best.rank)
+    if smallest is None:
+        usual = np.linalg.norm(generic_rows, axis=1)
+        jacobians = ManyPoses(mechanism).set(poses).residual_and_jacobian()[1]
+        smallest = _scaled_values(jacobians, usual)[:, best.rank - 1]
     k = int(np.argmin(smallest))
     return k, float(smallest[k] / max(float(np.median(smallest)), 1e-300))
 
 
 def _scaled_values(matrix: Array, sizes: Array) -> Array:
-    """Singular values of a matrix with its rows divided by `sizes`, those at a generic pose."""
+    """Singular values of a matrix, or of each of many, with its rows divided by `sizes`, those at a generic pose."""
     if matrix.size == 0:
         return np.zeros(0)
-    return np.asarray(np.linalg.svd(_scaled(matrix, sizes), compute_uv=False), dtype=np.float64)
-
-
-def _scaled(matrix: Array, sizes: Array) -> Array:
-    return np.asarray(matrix / np.where(sizes > 1e-14, sizes, 1.0)[:, None])
+    scaled = matrix / np.where(sizes > 1e-14, sizes, 1.0)[:, None]
+    return np.asarray(np.linalg.svd(scaled, compute_uv=False), dtype=np.float64)

@@ -108,7 +108,11 @@ def ranks(matrices: Array) -> list[int]:
     smallest = smallest_of_rows(np.where(there, scaled, 0.0)) if min(matrices.shape[1:]) >= LARGE else None
     if smallest is not None and np.min(smallest) > CERTAIN:
         return [int(x) for x in np.count_nonzero(there[..., 0], axis=1)]
-    return [int(np.linalg.matrix_rank(x, tol=RANK_TOLERANCE * max(x.shape))) for x in scaled]
+    out: list[int] = []
+    for k, x in enumerate(scaled):  # relations alone have the same rows in every pose
+        same = k > 0 and np.array_equal(x, scaled[k - 1])
+        out.append(out[-1] if same else int(np.linalg.matrix_rank(x, tol=RANK_TOLERANCE * max(x.shape))))
+    return out
 
 
 def null_space(matrix: Array, tolerance: float = RANK_TOLERANCE) -> Array:

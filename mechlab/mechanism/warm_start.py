@@ -7,6 +7,7 @@ singular position is near. Everything else is refused, and left to the robust se
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any, Protocol
 
@@ -33,6 +34,12 @@ EVEN = 0.1
 CHORD = 1e-5
 """Largest correction after which the inverse of the pose before it still serves: it is off by as much, and so is the last step, which
 is below 1e-12."""
+
+
+def length(values: Array) -> float:
+    """Euclidean length of all numbers, no less than the largest of them, in the fewest calls; NaN stays."""
+    flat = values.reshape(-1)
+    return math.sqrt(float(flat @ flat))
 
 
 def largest(values: Array) -> float:
@@ -82,12 +89,11 @@ class TreeEquations:
 
     def evaluate(self, q: Array, targets: Sequence[Any]) -> tuple[Array, Array]:
         """(m,) residual and (m, nv) Jacobian."""
-        placed = self.rows.at(q[None])
-        return self.rows.missing(placed, [np.asarray(x, dtype=float)[None] for x in targets])[0], placed.rows[0]
+        return self.rows.one(q, targets)
 
     def step(self, q: Array, dv: Array) -> Array:
         """q moved by dv (nv,)."""
-        return moved(self.mechanism, q[None], dv[None])[0]
+        return q + dv if self.mechanism.nq == self.mechanism.nv else moved(self.mechanism, q[None], dv[None])[0]
 
     @property
     def newton_steps(self) -> NewtonSteps:
@@ -122,7 +128,7 @@ class WarmStart:
         x, values, inverse = self._kept
         equations, steps = self.equations, self._steps
         dv, ahead = self._predicted(x, values, inverse, targets)
-        before = largest(dv)
+        before = length(dv)
         if not before <= self._longest:
             return None
         x, size, rows = equations.step(x, dv) if ahead is None else ahead, np.inf, None
@@ -130,13 +136,13 @@ class WarmStart:
             residual, here = equations.evaluate(x, targets)
             if len(residual) != steps.count:
                 return None
-            last, size = size, largest(residual)
+            last, size = size, length(residual)
             if rows is None or before > CHORD or not size < ROUNDING:
                 rows, inverse = here, steps.inverse(here)
             if size < EXACT:
                 return self._taken(x, tuple(targets), rows, inverse, size, k)
             dv = steps.step(inverse, residual)
-            correction = largest(dv)
+            correction = length(dv)
             if not correction <= CONTRACTS * before + ROUNDING:
                 return None
             x, before = equations.step(x, dv), correction
@@ -145,7 +151,7 @@ class WarmStart:
         return None
 
     def _taken(self, x: Array, targets: tuple[Any, ...], rows: Array, inverse: Array, size: float, k: int) -> Assembly | None:
-        if not largest(inverse) < REGULAR:
+        if not length(inverse) < REGULAR:
             return None
         if self._mode and self._mode * float(self._steps.modes(rows)) <= 0.0:
             return None
@@ -162,7 +168,7 @@ class WarmStart:
         off = self._off(x, values, targets)
         if len(self._past) == len(CUBIC):
             there = CUBIC @ np.array([t for _, t in self._past]) - targets
-            if largest(there) <= EVEN * largest(off):
+            if length(there) <= EVEN * length(off):
                 off[len(off) - len(there) :] = there
                 ahead = CUBIC @ np.array([p for p, _ in self._past]) + self._steps.step(inverse, off)
                 return ahead - x, ahead

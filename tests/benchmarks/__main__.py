@@ -91,11 +91,12 @@ def shown(x: float) -> str:
 
 def line(section: str, row: Row) -> str:
     """A row of the table."""
+    before = BEFORE.get((section, row.name), math.nan)
     met = {True: "yes", False: "**no**", None: ""}[row.met]
     asked = row.asked.replace("<=", "≤").replace(">=", "≥")
     cells = [
         row.name, shown(row.value), row.unit, row.beside, shown(row.reference), shown(row.ratio), asked, met,
-        BEFORE.get((section, row.name), ""),
+        before if isinstance(before, str) else f"{shown(before)} {row.unit}" if math.isfinite(before) else "",
     ]  # fmt: skip
     return f"| {' | '.join(c.replace('|', '/') for c in cells)} |"
 

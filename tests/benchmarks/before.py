@@ -1,12 +1,12 @@
-"""Numbers of an older build, for the last column of the table of benchmarks: (section, name of the row) -> the number with its unit,
-or the ratio to the same reference.
+"""Numbers of an older build, for the last column of the table of benchmarks: (section, name of the row) -> the number in the unit
+of the row, or words: another unit, the ratio to the same reference.
 
 CPU seconds on two shared cores under load, in runs of their own: right within a factor of 1.5; ratios are of one run.
 """
 
 DATE = "2026-11-22"
 
-BEFORE: dict[tuple[str, str], str] = {
+BEFORE: dict[tuple[str, str], str | float] = {
     ("recording", "n_fourbar fall: integration"): "ratio 1.3",
     ("recording", "n_fourbar fall: simulate"): "ratio 21",
     ("recording", "fourbar free-run: integration"): "ratio 1.8",
@@ -31,6 +31,14 @@ BEFORE: dict[tuple[str, str], str] = {
     ("peers", "slider_crank to 1e-06 m"): "0.21 s",
     ("linkages", "four-bar, with rates and accelerations"): "0.43 to 0.57 us",
     ("closer", "solve fourbar: array of 360"): "16,500 us",
+    ("sweep", "two four-bars, 1024 starts"): "900 us (64 runs)",
+    ("sweep", "two four-bars, 1024 coupler lengths"): "900 us (64 runs)",
+    ("large", "300 gears in a row: built"): "7.3 s (200 gears)",
+    ("large", "300 gears in a row: files, reloaded"): "15.1 s (200 gears)",
+    ("large", "300 gears in a row: 50 steps, recorded"): "26.7 s (200 gears)",
+    ("large", "200 four-bars: structure"): "0.56 s (60 four-bars)",
+    ("large", "200 four-bars: files, reloaded"): "1.8 s (60 four-bars)",
+    ("large", "200 four-bars: solved to 1 um over 2 s"): "7.5 s (60 four-bars)",
     ("verbs", "import mechlab"): "0.04 s",
     ("verbs", "--help"): "0.07 s",
     ("verbs", "list"): "2.2 s",
@@ -38,4 +46,30 @@ BEFORE: dict[tuple[str, str], str] = {
     ("verbs", "solve fourbar crank_angle=1.2"): "1.75 s",
     ("verbs", "run delta6 -o OUT"): "18.5 s",
     ("verbs", "claims"): "48 s",
+    # steps per CPU second, measured on the day of the rows beside them
+    ("laws", "computed torque: delta6 head-tracking, minimal"): 2.16e+03,
+    ("laws", "computed torque: delta6 head-tracking, parts"): 1.49e+03,
+    ("laws", "computed torque: delta6 head-tracking, full"): 568,
+    ("laws", "computed torque on splines: delta6 toolpath, minimal"): 1.51e+03,
+    ("laws", "computed torque, redundant rows: quick_return driven-crank, minimal"): 4.3e+03,
+    ("laws", "six servos on sines: delta6 pose-sweep, minimal"): 1.51e+04,
+    ("laws", "six servos on sines: delta6 pose-sweep, full"): 8.9e+03,
+    ("laws", "six servos that hold: delta6 gravity-hold, minimal"): 1.7e+04,
+    ("laws", "servo on a ramp: fourbar driven-crank, minimal"): 3.97e+04,
+    ("laws", "constant: fourbar constant-torque, minimal"): 9.54e+04,
+    ("laws", "viscous: closed_differential housing-drag, minimal"): 4.01e+04,
+    ("laws", "viscous between: closed_differential internal-drag, parts"): 3.3e+04,
+    ("laws", "motor: closed_differential motor-and-viscous-load, minimal"): 4.58e+04,
+    ("laws", "constant power: closed_differential constant-power, minimal"): 4.43e+04,
+    ("laws", "DC motor with inductance: impulse_transmission fig7, minimal"): 2.37e+04,
+    ("laws", "held rates: closed_differential held-input-dry-load, minimal"): 9.67e+03,
+    ("laws", "floor: prosthetic_leg stance-drop, minimal"): 6.62e+03,
+    ("laws", "harmonic: fourbar"): 4.32e+04,
+    ("laws", "table: fourbar"): 3.54e+04,
+    ("laws", "one-sided stop: fourbar"): 4.23e+04,
+    ("laws", "DC motor: fourbar"): 3.65e+04,
+    ("laws", "a user's function: fourbar"): 4.12e+04,
+    ("laws", "Pinocchio: delta6 head-tracking, minimal"): 1.48e+03,
+    ("laws", "Pinocchio: delta6 head-tracking, full"): 428,
+    ("laws", "delta6 head-tracking full, 0.3 s to 1e-3 rad, trusted"): 12.0,
 }

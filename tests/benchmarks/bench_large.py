@@ -1,6 +1,6 @@
-"""Large models and start-up in user CPU seconds, each beside a quarter of its size or a bare interpreter: ratios of one run.
+"""Large models in CPU seconds, each beside a quarter of its size; steps beside Drake's where it is installed.
 
-    python -m tests.benchmarks.bench_large
+    python -m tests.benchmarks --only large
 
 A cost that is linear in the size has the ratio 4. Numbers of a loaded machine move by a half; ratios hardly.
 """
@@ -8,20 +8,21 @@ A cost that is linear in the size has the ratio 4. Numbers of a loaded machine m
 from __future__ import annotations
 
 import os
-import resource
-import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable
+from dataclasses import replace
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+import numpy as np
+
 import mechlab as ml
 from mechlab.catalog import entry
+from mechlab.engines.protocol import available, engine
+from mechlab.experiment.recording import Recording
 from mechlab.mechanism import Builder, Inertia, Mechanism, revolute, structure
-
-VERBS = ("list", "show fourbar", "show delta6", "solve fourbar crank_angle=1.2")
+from tests.benchmarks.rows import Row
 
 
 def train(wheels: int) -> Mechanism:
@@ -49,45 +50,71 @@ def generated(m: Mechanism) -> None:
 
 
 def cost(work: Callable[[], object]) -> float:
-    """User CPU seconds of this process."""
+    """CPU seconds of this process."""
     start = time.process_time()
     work()
     return time.process_time() - start
 
 
-def started(command: list[str]) -> float:
-    """Least user CPU seconds of three runs of a command."""
-    spent = []
-    for _ in range(3):
-        before = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
-        subprocess.run([sys.executable, *command], check=True, capture_output=True)
-        spent.append(resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before)
-    return min(spent)
+def solution(count: int) -> float:
+    """Counted CPU seconds of two seconds of falling four-bars to an error of 1 um."""
+    run = ml.simulate("n_fourbar", scene="fall", N=count, duration=2.0, max_error=1e-6)
+    assert isinstance(run, Recording)
+    return run.cost.cpu_s
 
 
-def main() -> None:
-    """Print both tables."""
+def stages(make: Callable[[int], Mechanism], size: int) -> list[float]:
+    """CPU seconds to build a mechanism, for its structure, its files, and 50 steps of it."""
+    build = min(cost(lambda: make(size)) for _ in range(2))
+    m = make(size)
+    return [
+        build,
+        cost(lambda: structure(m)),
+        cost(lambda: generated(m)),
+        cost(lambda: ml.simulate(make(size), duration=0.05, timestep=1e-3)),
+    ]
+
+
+STAGES = ("built", "structure", "files, reloaded", "50 steps, recorded")
+
+
+def grown(what: str, make: Callable[[int], Mechanism], size: int, asked: dict[str, str]) -> list[Row]:
+    """The stages at a size beside those at a quarter of it."""
+    small, large = stages(make, size // 4), stages(make, size)
+    return [
+        Row(f"{size} {what}: {name}", b, "s", f"{size // 4} {what}", a, asked.get(name, ""))
+        for name, a, b in zip(STAGES, small, large, strict=True)
+    ]
+
+
+def steps(count: int) -> list[Row]:
+    """Microseconds a step of falling four-bars at 1 ms, and what is left of the angle after half a second beside the one freedom."""
+    found = entry("n_fourbar")
+    p = found.parameters(N=count, duration=0.5)
+    m, scene = found.build(p, "full"), found.scenes["fall"].make(p, "full")
+    exact = float(np.abs(found.reference(p, scene).q[-1, 0]))
+    sizes: dict[str, tuple[float, float]] = {}
+    for name, of in (("drake", "SAP"), ("mujoco", "implicitfast"), ("mujoco", "RK4")):
+        if available(name):
+            continue
+        run = engine(name).trace(m, scene, replace(scene.settings, engine=name, integrator=of, timestep=1e-3), 5)
+        sizes[of] = 1e6 * run.cpu_s / run.steps, abs(float(np.abs(run.q[-1, 0])) - exact)
+    drake, off = sizes.get("SAP", (np.nan, np.nan))
+    out = []
+    for of in ("implicitfast", "RK4"):
+        name = f"{count} four-bars: a step of MuJoCo {of} ({sizes[of][1]:.0e} rad)"
+        beside = f"Drake SAP ({off:.0e} rad)" if "SAP" in sizes else ""
+        out.append(Row(name, sizes[of][0], "us", beside, drake, "ratio <= 1"))
+    return out
+
+
+def rows() -> list[Row]:
+    """The section of the table."""
     generated(train(5))  # imports
     ml.simulate(train(5), duration=0.01)
-    print(f"{'what':24}{'size':>6}{'build':>9}{'structure':>11}{'generate':>10}{'run 50 steps':>14}")
-    for name, make, sizes in (("gears in a row", train, (75, 300)), ("four-bars in a row", four_bars, (50, 200))):
-        rows = []
-        for n in sizes:
-            build = cost(lambda make=make, n=n: make(n))  # type: ignore[misc]
-            m = make(n)
-            run = {"duration": 0.05, "timestep": 1e-3}
-            rows.append([build, *(cost(f) for f in (
-                lambda m=m: structure(m), lambda m=m: generated(m), lambda m=m, run=run: ml.simulate(m, **run),
-            ))])  # type: ignore[misc]  # fmt: skip
-            print(f"{name:24}{n:6}{rows[-1][0]:9.3f}{rows[-1][1]:11.3f}{rows[-1][2]:10.2f}{rows[-1][3]:14.2f}", flush=True)
-        ratio = [b / a for a, b in zip(*rows, strict=True)]
-        print(f"{'  ratio (linear: 4)':30}{ratio[0]:9.1f}{ratio[1]:11.1f}{ratio[2]:10.1f}{ratio[3]:14.1f}")
-    bare = started(["-c", "import numpy"])
-    print(f"\n{'command':36}{'user s':>8}{'/ import numpy':>16}\n{'import numpy':36}{bare:8.2f}{1.0:16.1f}")
-    for verb in VERBS:
-        spent = started(["-m", "mechlab", *verb.split()])
-        print(f"{verb:36}{spent:8.2f}{spent / bare:16.1f}")
-
-
-if __name__ == "__main__":
-    main()
+    solution(2)
+    out = grown("gears in a row", train, 300, {"built": "value <= 0.2", "files, reloaded": "value <= 2"})
+    out += grown("four-bars", four_bars, 200, {})
+    small, large = solution(50), solution(200)
+    out.append(Row("200 four-bars: solved to 1 um over 2 s", large, "s", "50 four-bars", small, "ratio <= 6"))
+    return [*out, *steps(40), *steps(160)]

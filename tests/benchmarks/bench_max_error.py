@@ -1,55 +1,156 @@
-"""--max-error on the benchmark problems; run it: python tests/benchmarks/bench_max_error.py [repeats]. No limits are asserted.
+"""--max-error on the benchmark problems and on driven scenes: python -m tests.benchmarks.bench_max_error
+[mechanism ...]. No limits are asserted.
 
-Prints for each problem and target: the true error (against the entry's own equations, 1e-12 or better), the estimate, the CPU
-time of everything that was spent (probing and check included; imports and building of models excluded; the smallest of the
-repeats, since other work on the machine only adds), and what was chosen.
+For each problem and target: the true error of `ml.simulate(..., max_error=E)` beside the target, against the entry's own equations
+(1e-12 or better) or Pinocchio at 1e-12; all CPU seconds from the call to the returned recording, and those of choosing and solving
+alone, each beside the cheapest method of the chart that meets the target when it is run alone, at the best step or tolerance of a
+ladder: its whole call with the building of its model, and its stepping. Each is the smallest of some runs, without imports.
 """
 
 from __future__ import annotations
 
+import math
 import sys
-from importlib import metadata
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from mechlab import api
-from mechlab.lab.accuracy.solve import solve_to
-from mechlab.lab.methods import Problem
-from mechlab.studies.chart.score import reference_of, tracked
+import mechlab as ml
+from mechlab.errors import MechlabError
+from mechlab.lab.methods import METHODS, TOLERANCES, Method, Problem, steps
+from mechlab.studies.chart.score import Reference, reference_of, tracked
+from tests.benchmarks.rows import Row
 
-PROBLEMS: tuple[tuple[str, dict[str, object]], ...] = (
-    ("pendulum", {}),
-    ("n_fourbar", {"N": 2}),
-    ("andrews", {}),
-    ("bricard", {}),
-    ("flyball", {}),
-    ("slider_crank", {}),
-    ("n_fourbar", {"N": 7}),
-    ("n_fourbar", {"N": 20}),
-    ("n_fourbar", {"N": 40, "duration": 20.0}),
-)
+BENCHMARKS: tuple[tuple[str, dict[str, Any]], ...] = (
+    ("pendulum", {}), ("n_fourbar", {"N": 2}), ("andrews", {}), ("bricard", {}), ("flyball", {}), ("slider_crank", {}),
+)  # fmt: skip
 TARGETS = (1e-3, 1e-6, 1e-9)
+DRIVEN: tuple[tuple[str, str, float | None, str | None, float], ...] = (
+    ("fourbar", "driven-crank", None, None, 1e-3), ("quick_return", "driven-crank", None, None, 1e-3),
+    ("fivebar", "driven-crank", None, None, 1e-3), ("gear_linkage", "knife-drive", 2.0, None, 1e-3),
+    ("closed_differential", "internal-drag", 1.0, None, 1e-3), ("delta6", "head-tracking", 0.3, None, 1e-3),
+    ("delta6", "head-tracking", 0.3, "full", 1e-3), ("prosthetic_leg", "stance-drop", None, None, 1e-3),
+)  # fmt: skip
+REPEATS = 2
+OUTPUTS = 100
+PATIENCE = 2.0
+"""A method is refined no further once a run costs this many times the cheapest that meets the target."""
+DEAREST = 0.5
+"""Nor once a run takes so many CPU seconds."""
+RESOLVED = 1e-10
+"""True errors [m or rad] below this one are those of the references."""
 
 
-def main(repeats: int = 3) -> None:
-    """Print the table."""
-    print(", ".join(f"{n} {metadata.version(n)}" for n in ("numpy", "scipy", "mujoco", "pin")))
-    print(f"{'problem':34s}{'target':>8s}{'error':>10s}{'estimate':>10s}{'CPU ms':>9s}  met  method")
-    for name, changes in PROBLEMS:
-        lived = api.load(name, **changes).for_scene(None)
-        problem = Problem(lived, lived.scene())
-        truth = reference_of(problem)
-        for target in TARGETS:
-            runs = [solve_to(lived, problem.scene, target) for _ in range(repeats)]
-            best = min(runs, key=lambda r: r.cpu_s)
-            error = float(np.max(np.abs(tracked(problem, truth.names, best.q, best.v) - truth.values)))
-            told = f"{name} {' '.join(f'{k}={v}' for k, v in changes.items())}"
-            print(
-                f"{told:34s}{target:8.0e}{error:10.1e}{best.estimate:10.1e}{1e3 * best.cpu_s:9.2f}  "
-                f"{'yes' if best.reached else 'no ':3s}  {best.method}, {best.control} {best.step:.3g}",
-                flush=True,
-            )
+@dataclass(frozen=True)
+class Alone:
+    """The cheapest method alone: its name with step or tolerance, CPU seconds of stepping and of the whole call."""
+
+    name: str
+    stepping: float
+    whole: float
+
+
+def runs_of(m: Method, problem: Problem, truth: Reference) -> Iterator[tuple[float, float, float, float]]:
+    """Value, error, CPU seconds of stepping and of the whole call of a method, from coarse to fine."""
+    for value in steps(problem) if m.control == "step" else TOLERANCES:
+        best = (math.inf, math.inf)
+        error = math.inf
+        for _ in range(REPEATS):
+            began = time.process_time()
+            try:
+                trace = m.run(problem, value)
+            except (MechlabError, ArithmeticError, ValueError, np.linalg.LinAlgError):
+                break
+            best = min(best, (time.process_time() - began, trace.cpu_s))
+            if not trace.complete or not np.all(np.isfinite(trace.q)) or len(trace.q) != len(truth.values):
+                break
+            error = float(np.max(np.abs(tracked(problem, truth.names, trace.q, trace.v) - truth.values)))
+            if best[0] > 0.1:
+                break
+        yield value, error, best[1], best[0]
+        if math.isfinite(best[0]) and best[0] > DEAREST:
+            return
+
+
+def cheapest(problem: Problem, truth: Reference, targets: tuple[float, ...]) -> dict[float, Alone]:
+    """Target -> the cheapest method of the chart that meets it."""
+    found: dict[float, Alone] = {}
+    for m in METHODS:
+        if m.available(problem):
+            continue
+        left = set(targets)
+        for value, error, stepping, whole in runs_of(m, problem, truth):
+            for target in sorted(left, reverse=True):
+                if error <= target:
+                    left.discard(target)
+                    if target not in found or stepping < found[target].stepping:
+                        found[target] = Alone(f"{m.name} {value:.3g}", stepping, whole)
+            if not left or math.isfinite(stepping) and all(t in found and stepping > PATIENCE * found[t].stepping for t in left):
+                break
+    return found
+
+
+def measured(name: str, problem: Problem, truth: Reference, target: float, alone: Alone | None, **asked: Any) -> Iterator[Row]:
+    """The rows of one problem and target."""
+    best = None
+    for _ in range(REPEATS + 1):
+        began = time.process_time()
+        run = ml.simulate(problem.design, max_error=target, **asked)
+        spent = time.process_time() - began
+        best = (spent, run) if best is None or spent < best[0] else best
+    assert best is not None
+    spent, run = best
+    at = np.clip(np.searchsorted(run.t, np.linspace(0.0, run.t[-1], problem.outputs + 1) * (1.0 - 1e-12)), 0, len(run.t) - 1)
+    error = float(np.max(np.abs(tracked(problem, truth.names, run.q[at], run.v[at]) - truth.values)))
+    stated = run.health.finding("max_error").value
+    label = f"{name} {target:.0e}"
+    yield Row(f"{label}: true error", error, "m or rad", "target", target, "ratio <= 1")
+    yield Row(f"{label}: stated error", stated, "m or rad", "true error", error, "ratio >= 1" if error > RESOLVED else "")
+    beside, whole, stepping = (alone.name, alone.whole, alone.stepping) if alone else ("no method of the chart", math.nan, math.nan)
+    yield Row(f"{label}: whole run", spent, "s", f"{beside}, whole call", whole, "ratio <= 3")
+    yield Row(f"{label}: choosing and solving", run.cost.cpu_s, "s", f"{beside}, stepping", stepping, "ratio <= 3")
+    yield Row(f"{label}: exit code", float(run.exit_code), "", asked="value <= 0")
+
+
+def of_benchmark(name: str, parameters: dict[str, Any]) -> Iterator[Row]:
+    """The rows of a benchmark problem at all targets."""
+    design = ml.load(name, **parameters).for_scene(None)
+    problem = Problem(design, design.scene(), OUTPUTS)
+    truth = reference_of(problem)
+    alone = cheapest(problem, truth, TARGETS)
+    for target in TARGETS:
+        yield from measured(name, problem, truth, target, alone.get(target))
+
+
+def of_scene(name: str, scene: str, duration: float | None, fidelity: str | None, target: float) -> Iterator[Row]:
+    """The rows of a driven scene at one target."""
+    design = ml.load(name).for_scene(scene)
+    problem = Problem(design, design.scene(scene, fidelity, duration), OUTPUTS)
+    truth = reference_of(problem)
+    alone = cheapest(problem, truth, (target,))
+    label = f"{name} {scene}{f' {fidelity}' if fidelity else ''}"
+    yield from measured(label, problem, truth, target, alone.get(target), scene=scene, duration=duration, fidelity=fidelity)
+
+
+def every(only: tuple[str, ...] = ()) -> Iterator[Row]:
+    """All rows; of some mechanisms only."""
+    for name, parameters in BENCHMARKS:
+        if name in (only or (name,)):
+            yield from of_benchmark(name, parameters)
+    for case in DRIVEN:
+        if case[0] in (only or (case[0],)):
+            yield from of_scene(*case)
+
+
+def rows() -> list[Row]:
+    """All rows."""
+    return list(every())
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 3)
+    for row in every(tuple(sys.argv[1:])):
+        told = f"{row.name:58s}{row.value:10.3g} {row.unit:9s}{row.reference:10.3g} {row.ratio:8.3g}  {row.met}  {row.beside}"
+        print(told, flush=True)

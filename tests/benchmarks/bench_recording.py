@@ -17,7 +17,8 @@ import mujoco
 import numpy as np
 
 from mechlab import api
-from mechlab.engines.mujoco.drive import put_start, run_model
+from mechlab.engines.mujoco.drive import engage, put_start
+from mechlab.engines.mujoco.model import MujocoMap, to_mujoco
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import initial_state
 from mechlab.lab.run import run_scene
@@ -73,9 +74,12 @@ def bare_loop(name: str, parameters: dict[str, Any], scene: str | None, fidelity
     design = api.load(name, **parameters).for_scene(scene)
     made = design.scene(scene or design.scene_for(None), fidelity)
     settings = chosen_settings(design, made)
-    model, data, map_ = run_model(design.mechanism(made.fidelity), settings, made.laws)
+    mechanism = design.mechanism(made.fidelity)
+    model, data = to_mujoco(mechanism, settings)
+    map_ = MujocoMap(mechanism, model)
+    engage(map_, made.laws)
     steps, least = math.ceil(made.duration / settings.timestep - 1e-9), math.inf
-    q, v = initial_state(design.mechanism(made.fidelity), made)
+    q, v = initial_state(mechanism, made)
     for _ in range(REPEATS):
         mujoco.mj_resetData(model, data)
         put_start(data, map_, q, v)

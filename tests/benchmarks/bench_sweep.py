@@ -1,7 +1,7 @@
 """Sweeps: time and memory against the number of points over three decades, overhead against calling the engine directly,
-phase portraits.
+phase portraits; and rows for the table of all benchmarks: whole sweeps of looped mechanisms beside bare rollouts of the same motions.
 
-Run as `python tests/benchmarks/bench_sweep.py`: prints tables and draws assets/sweep_scaling.svg; asserts nothing. Every size
+Run as `python -m tests.benchmarks.bench_sweep`: prints tables and draws assets/sweep_scaling.svg; asserts nothing. Every size
 runs in a process of its own, so that its peak memory is its own. One process, one thread: what is measured is CPU time.
 """
 
@@ -17,6 +17,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+
+from tests.benchmarks.rows import Row
 
 ROOT = Path(__file__).resolve().parents[2]
 PICTURE = ROOT / "assets" / "sweep_scaling.svg"
@@ -43,7 +45,7 @@ def sweep_of(case: str, count: int) -> Callable[[], object]:
             return ml.sweep("pendulum", {"angle_0": Range(0.0, 3.0, n)}, "angle", duration=SHORT, workers=1)
         if case == "runs":
             speeds = np.linspace(3.0, 6.0, n)
-            return ml.sweep("fourbar", {"speed": speeds}, "rocker_angle", scene="free-run", duration=SHORT, workers=1)
+            return ml.sweep("fourbar", {"speed": speeds}, "rocker_angle_accel", scene="free-run", duration=SHORT, workers=1)
         starts = {"beta_0": Range(-0.2, 0.2, 10), "beta_rate_0": Range(-30.0, 30.0, n // 10)}
         return ml.portrait("impulse_transmission", "phase", starts | {"M0": 0.0, "M1": 0.0, "timestep": 1e-3})
 
@@ -73,7 +75,7 @@ def scaling() -> dict[str, list[tuple[int, float, float]]]:
     print(f"{'sweep':62s} {'points':>9s} {'CPU [s]':>9s} {'us/point':>9s} {'peak [MB]':>9s}")
     for case, (text, counts) in CASES.items():
         for count in counts:
-            command = [sys.executable, __file__, case, str(count)]
+            command = [sys.executable, "-m", "tests.benchmarks.bench_sweep", case, str(count)]
             environment = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
             done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment, cwd=ROOT)
             found = json.loads(done.stdout.splitlines()[-1])
@@ -112,7 +114,7 @@ def overhead() -> None:
 
     def run_directly() -> list[float]:
         made = [ml.load("fourbar", speed=s) for s in speeds]
-        return [run_scene(d, "free-run", duration=0.5, estimate=False).final()["rocker_angle"] for d in made]
+        return [run_scene(d, "free-run", duration=0.5, estimate=False).final()["rocker_angle_accel"] for d in made]
 
     pairs: tuple[tuple[str, Callable[[], object], Callable[[], object]], ...] = (
         (f"closed form, {side**2} poses of the delta", lambda: witness(delta.parameters, POSE | {"x": x, "y": y}),
@@ -120,13 +122,96 @@ def overhead() -> None:
         (f"rollout, {many} motions of the pendulum of 0.5 s", rolled,
          lambda: ml.sweep("pendulum", {"angle_0": Range(0.0, 3.0, many)}, "angle", duration=0.5, workers=1)),
         ("runs, 40 motions of the four-bar of 0.5 s", run_directly,
-         lambda: ml.sweep("fourbar", {"speed": speeds}, "rocker_angle", scene="free-run", duration=0.5, workers=1)),
+         lambda: ml.sweep("fourbar", {"speed": speeds}, "rocker_angle_accel", scene="free-run", duration=0.5, workers=1)),
     )  # fmt: skip
     print(f"\n{'':55s} {'direct [s]':>11s} {'sweep [s]':>10s} {'overhead':>9s}   (CPU, best of 3, one thread)")
     for text, direct, swept in pairs:
         direct(), swept()
         best = [min(times) for times in zip(*((measured(direct), measured(swept)) for _ in range(3)), strict=True)]
         print(f"{text:55s} {best[0]:11.3f} {best[1]:10.3f} {100 * (best[1] / best[0] - 1):8.1f} %", flush=True)
+
+
+FALL = {"scene": "fall", "duration": 1.0, "timestep": 2.5e-3, "workers": 1}
+MOTIONS = 1024
+
+
+def rows() -> list[Row]:
+    """Whole sweeps, from the call to the result, beside a bare `mujoco.rollout` of the same motions of the generated file: us of CPU a
+    step of a motion, on one thread; the least of two alternating measurements."""
+    import mechlab as ml
+    from mechlab.experiment.scene import Scene, Settings, initial_state
+
+    two = ml.load("n_fourbar")
+    fall = two.scene("fall", duration=FALL["duration"])
+    settings = Settings(timestep=FALL["timestep"])
+    q, v = initial_state(two.mechanism(), fall)
+    speeds, lengths = np.linspace(1.0, 3.0, MOTIONS), np.linspace(0.8, 1.2, MOTIONS)
+    delta, loads = ml.load("delta6").mechanism("minimal"), np.linspace(-3.0, 3.0, 1000)
+    rest = np.tile(delta.reference(), (len(loads), 1))
+    free = Scene("free", duration=0.4)
+    cases = (
+        ("two four-bars, 1024 starts", "value <= 30", 400, MOTIONS,
+         lambda: ml.sweep("n_fourbar", {"start_speed": speeds}, "B0_x,trusted", **FALL),
+         lambda: bare(two.mechanism(), settings, fall, np.tile(q, (MOTIONS, 1)), speeds[:, None] * v, {})),
+        ("two four-bars, 1024 coupler lengths", "value <= 30", 400, MOTIONS,
+         lambda: ml.sweep("n_fourbar", {"coupler_length": lengths}, "B0_x,trusted", **FALL),
+         lambda: bare(two.mechanism(), settings, fall, np.tile(q, (MOTIONS, 1)), np.tile(v, (MOTIONS, 1)), {})),
+        ("minimal delta, 1000 loads", "ratio <= 1.25", 400, len(loads),
+         lambda: ml.sweep(delta, {"q1_force": loads}, "q1,trusted", scene="free-motion", duration=0.4, workers=1),
+         lambda: bare(delta, Settings(), free, rest, np.zeros((len(loads), delta.nv)), {"q1": loads})),
+    )  # fmt: skip
+    out = []
+    for name, asked, steps, count, swept, rolled in cases:
+        pairs = [(measured(swept), measured(rolled)) for _ in range(2)]
+        value, reference = (1e6 * min(times) / (steps * count) for times in zip(*pairs, strict=True))
+        out.append(Row(name, value, "us a step", "bare mujoco.rollout, RK4", reference, asked))
+    return out + warp_rows(speeds, lambda n: measured(lambda: ml.sweep("n_fourbar", {"start_speed": speeds[:n]}, "B0_x", **FALL)))
+
+
+def bare(mechanism, settings, scene, q, v, loads) -> object:
+    """The motions by `mujoco.rollout` alone, on one thread."""
+    import mujoco
+    from mujoco import rollout
+
+    from mechlab.formats import to_mjcf
+
+    model = mujoco.MjModel.from_xml_string(to_mjcf(mechanism, settings))
+    model.opt.disableactuator, model.actuator_group[:] = 1, 0
+    data, full = mujoco.MjData(model), mujoco.mjtState.mjSTATE_FULLPHYSICS
+    start = np.tile(np.empty(mujoco.mj_stateSize(model, full)), (len(q), 1))
+    mujoco.mj_getState(model, data, start[0], full)
+    start[:] = start[0]
+    start[:, 1 : 1 + model.nq], start[:, 1 + model.nq : 1 + model.nq + model.nv] = q, v
+    push = np.zeros((len(q), 1, model.nv))
+    for name, values in loads.items():
+        push[:, 0] += values[:, None] * mechanism.row(name)
+    steps, part = round(scene.duration / settings.timestep), 256
+    with rollout.Rollout(nthread=1) as pool:
+        for i in range(0, len(q), part):
+            pool.rollout(
+                [model] * len(q[i : i + part]), [data], start[i : i + part], push[i : i + part], nstep=steps,
+                control_spec=int(mujoco.mjtState.mjSTATE_QFRC_APPLIED),
+            )  # fmt: skip
+    return None
+
+
+def warp_rows(speeds: np.ndarray, double: Callable[[int], float]) -> list[Row]:
+    """The same starts by MuJoCo Warp in single precision, after its kernels are compiled; none where it is not installed."""
+    import mechlab as ml
+    from mechlab.errors import EngineMissing
+
+    def single() -> object:
+        return ml.sweep("n_fourbar", {"start_speed": speeds}, "B0_x", backend="warp", **FALL)
+
+    try:
+        from mechlab.engines.mujoco.warp_steps import device_name
+
+        name = f"two four-bars, 1024 starts, MuJoCo Warp on {device_name()}"
+    except EngineMissing:
+        return []
+    single()
+    unit = 1e6 / (400 * len(speeds))
+    return [Row(name, unit * measured(single), "us a step", "sweep by MuJoCo", unit * double(len(speeds)))]
 
 
 def draw(found: dict[str, list[tuple[int, float, float]]]) -> None:

@@ -35,7 +35,16 @@ from mechlab.experiment.motion_basis import TimeBasis
 from mechlab.experiment.tree_plant import TreePlant
 from mechlab.mechanism import Inertia, Mechanism, prismatic, revolute, spherical
 
+
+class Late(Sine):
+    """A sine that begins later: derived, with values of its own."""
+
+    def at(self, t: float) -> tuple[float, float, float]:
+        return super().at(t - 0.3)
+
+
 MOTIONS = (
+    AtRate(AtRate(Sine(1.0, 3.0))), Late(0.4, 7.0, 0.3), Late(0.4, 7.0, 0.3), AtRate(Ramp(0.1, -2.0)),
     Hold(0.3), Ramp(0.1, -2.0), Sine(0.4, 7.0, 0.3, 0.1), Sine(0.2, 7.0, 0.3), Sine(0.2, 5.0), AtRate(Sine(1.0, 3.0)),
     Function(lambda t: (t * t, 2.0 * t, 2.0)), Spline((0.0, 0.2, 0.5, 0.6, 0.9, 1.3, 1.5), (0.0, 1.0, -1.0, 2.0, 0.5, 0.1, 0.2)),
     Spline((0.0, 0.2, 0.5, 0.6, 0.9, 1.3, 1.5), (1.0, 1.0, 0.0, 2.0, 3.0, 0.1, 0.2)), Spline((0.0, 0.4, 1.0), (0.0, 1.0, 3.0)),
@@ -84,7 +93,7 @@ def test_motions_as_linear_forms(t: float) -> None:
 
 
 def test_a_spline_as_one_of_many_is_that_of_scipy() -> None:
-    spline = MOTIONS[7]
+    spline = next(m for m in MOTIONS if isinstance(m, Spline))
     assert isinstance(spline, Spline)
     truth = make_interp_spline(spline.times, spline.values, k=5)
     basis = TimeBasis(MOTIONS)

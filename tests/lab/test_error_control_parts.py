@@ -163,7 +163,7 @@ def test_the_jacobian_given_to_lsoda_is_that_of_its_equations() -> None:
     m, scene = b.build(), Scene("s", "full", 1.0, (law("constant", on="a", value=2.0),))
     model, data, map_ = drive.run_model(m, Settings(integrator="LSODA", tolerance=1e-6), ())
     drive.put_start(data, map_, *initial_state(m, scene))
-    trace._driven(m, scene, model, data, map_, sampling=True)
+    trace._driven(m, scene, model, data, map_)
 
     def slope(y: np.ndarray) -> np.ndarray:
         data.qpos[:], data.qvel[:] = y[:2], y[2:]

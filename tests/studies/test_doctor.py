@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 
 import mujoco
@@ -13,7 +14,9 @@ import mechlab as ml
 from mechlab.cli import main
 from mechlab.engines.mujoco.model_file.options import settings_to_paste
 from mechlab.engines.mujoco.model_file.softness import equality_default
+from mechlab.formats.mjcf.write import to_mjcf
 from mechlab.studies.doctor.case import Diagnosis
+from tests.engines.test_universal_joints import BEND, cardan
 from tests.studies.patients import HARD, NO_CONTACT, OPTION, arm, fourbar, planetary
 
 
@@ -111,6 +114,24 @@ def test_tendons_across_branches(tmp_path: Path) -> None:
 def test_sparse_jacobian(tmp_path: Path) -> None:
     found = graver(look(tmp_path, fourbar(option=OPTION.replace("dense", "sparse"))))
     assert found.keys() == ({"sparse_jacobian"} if mujoco.mj_versionString() == "4.0.0" else set())
+
+
+def test_pins_between_masses_that_stand_still(tmp_path: Path) -> None:
+    """A cardan joint: MuJoCo's row has the softness 1e-15 (its least), and the free joint does not keep its energy."""
+    text = to_mjcf(cardan())
+    assert "still_masses" not in graver(look(tmp_path, text))
+    bare = text.replace(' diagexact="enable"', "")
+    found = look(tmp_path, bare).finding("still_masses")
+    assert found.severity == "error" and "diagexact" in found.paste and "pin" in found.sentence
+    kept = []
+    for file in (text, bare):
+        model = mujoco.MjModel.from_xml_string(file)
+        data = mujoco.MjData(model)
+        data.qvel[:] = [6.0, 0.0, 6.0 * math.cos(BEND)]
+        for _ in range(300):
+            mujoco.mj_step(model, data)
+        kept.append(abs(data.qvel[0]))
+    assert 4.0 < kept[0] < 9.0 and not 4.0 < kept[1] < 9.0
 
 
 def test_a_damper_too_stiff_for_the_integrator(tmp_path: Path) -> None:

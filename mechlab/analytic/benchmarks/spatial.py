@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,16 +30,22 @@ def _cross(w: Array) -> Array:
 _STILL = np.eye(3)
 _TURNS = np.array([_cross(a) for a in AXES])
 _SQUARES = _TURNS @ _TURNS
-_NEXT, _LAST = np.array([1, 2, 0]), np.array([2, 0, 1])
+_SKEW = np.array([_cross(a).ravel() for a in np.eye(3)])
+"""(3, 9): w @ _SKEW is the matrix of w x, row by row."""
 
 
-def _crossed(a: Array, b: Array) -> Array:
-    """a x b of rows (n, 3), without the checks that cost numpy twenty times as much."""
-    return np.asarray(a[:, _NEXT] * b[:, _LAST] - a[:, _LAST] * b[:, _NEXT])
+def _crossing() -> Array:
+    """(6, 36): V @ it is the matrix of ad(V) S = (w x s + v x n, w x n) for twists V = (v, w), S = (s, n), row by row."""
+    out = np.zeros((6, 6, 6))
+    out[3:, :3, :3] = out[3:, 3:, 3:] = out[:3, :3, 3:] = _SKEW.reshape(3, 3, 3)
+    return out.reshape(6, 36)
+
+
+_CROSSING = _crossing()
 
 
 def _along(matrices: Array, rows: Array) -> Array:
-    """(n, 3) products of matrices (n, 3, 3) with rows (n, 3)."""
+    """(n, k) products of matrices (n, k, k) with rows (n, k)."""
     return np.asarray((matrices @ rows[:, :, None])[:, :, 0])
 
 
@@ -56,14 +63,21 @@ class Bricard:
     gravity: tuple[float, float, float]
 
     @cached_property
-    def _bars(self) -> tuple[Array, Array, Array]:
-        """Masses (5,) [kg], and in the first pose centres (5, 3) [m] and inertia tensors (5, 3, 3) about them [kg m2] of the bars."""
+    def _bars(self) -> Array:
+        """(5, 6, 6) inertia of each bar in the first pose: V . it V = m |v_c|^2 + w . tensor w, with centre c and the tensor about it."""
         masses, axes = np.array(self.masses), CORNERS[1:] - CORNERS[:-1]
         along = masses * self.section**2 / 6.0
         across = masses * (self.length**2 + self.section**2) / 12.0
         outer = axes[:, :, None] * axes[:, None, :]
         tensors = across[:, None, None] * np.eye(3) + (along - across)[:, None, None] * outer
-        return masses, 0.5 * self.length * (CORNERS[:-1] + CORNERS[1:]), tensors
+        arm = ((0.5 * self.length * (CORNERS[:-1] + CORNERS[1:])) @ _SKEW).reshape(-1, 3, 3)
+        weight = masses[:, None, None]
+        return np.block([[weight * np.eye(3), -weight * arm], [weight * arm, tensors - weight * arm @ arm]])
+
+    @cached_property
+    def _first_screws(self) -> Array:
+        """(6, 6) unit twists of the hinges in the first pose."""
+        return np.hstack([np.cross(self.length * CORNERS, AXES), AXES])
 
     def poses(self, q: Array) -> tuple[Array, Array]:
         """Rotation (6, 3, 3) and displacement (6, 3) of every bar from the first pose, x -> R x + d: bars 0 to 4, then the body
@@ -84,45 +98,53 @@ class Bricard:
 
     def screws(self, poses: tuple[Array, Array]) -> Array:
         """(6, 6) unit twists of the hinges, one a row; each hinge moves with the body before it."""
-        rotation = np.concatenate([_STILL[None], poses[0][:5]])
-        shift = np.concatenate([np.zeros((1, 3)), poses[1][:5]])
-        n = _along(rotation, AXES)
-        return np.concatenate([_crossed(_along(rotation, self.length * CORNERS) + shift, n), n], axis=1)
+        return self._screws(self._moved(poses))
+
+    def _moved(self, poses: tuple[Array, Array]) -> Array:
+        """(5, 6, 6) what takes a twist of each bar's first pose to its present one: (R v + d x R w, R w)."""
+        rotation = poses[0][:5]
+        out = np.zeros((5, 6, 6))
+        out[:, :3, :3] = out[:, 3:, 3:] = rotation
+        out[:, :3, 3:] = (poses[1][:5] @ _SKEW).reshape(5, 3, 3) @ rotation
+        return out
+
+    def _screws(self, moved: Array) -> Array:
+        return np.concatenate([self._first_screws[:1], _along(moved, self._first_screws[1:])])
 
     def slope(self, t: float, y: Array) -> Array:
         """Rate (12,) of y = (angles (6,), rates (6,)). Raises NoSolution where the loop has more than one freedom."""
-        poses = self.poses(y[:6])
-        screws = self.screws(poses)
+        moved = self._moved(self.poses(y[:6]))
+        screws = self._screws(moved)
         u, sizes, vt = np.linalg.svd(screws.T)
         if sizes[4] < 1e-9:
             raise NoSolution("bricard: the loop is at a bifurcation, where its motion is not determined.")
         null = vt[5]
-        speed = float(null @ y[6:])
-        rate = speed * null
-        twists, units = np.cumsum(rate[:, None] * screws, axis=0), np.cumsum(null[:, None] * screws, axis=0)
+        rate = float(null @ y[6:]) * null
+        units = np.cumsum(null[:, None] * screws, axis=0)[:5]
+        twists = np.cumsum(rate[:, None] * screws, axis=0)[:5]
         # the screw of hinge k moves with the body before it: dS/dt = ad(V) S
-        v, w = np.zeros((6, 3)), np.zeros((6, 3))
-        v[1:], w[1:] = twists[:5, :3], twists[:5, 3:]
-        moved = np.concatenate([_crossed(w, screws[:, :3]) + _crossed(v, screws[:, 3:]), _crossed(w, screws[:, 3:])], axis=1)
-        carried = np.cumsum(rate[:, None] * moved, axis=0)
-        bend = -vt[:5].T @ ((u[:, :5].T @ carried[5]) / sizes[:5])
-        inertia, force = self._reduced(poses, twists[:5], units[:5], (np.cumsum(bend[:, None] * screws, axis=0) + carried)[:5])
+        crossed = (twists @ _CROSSING).reshape(5, 6, 6) @ np.stack([screws[1:], units], axis=2)
+        carried = np.cumsum(rate[1:, None] * crossed[:, :, 0], axis=0)  # of hinges 1 to 5; hinge 0 stands still
+        bend = -vt[:5].T @ ((u[:, :5].T @ carried[4]) / sizes[:5])
+        total = np.cumsum(bend[:, None] * screws, axis=0)[:5]
+        total[1:] += carried[:4]
+        inertia, force = self._reduced(moved, twists, units, total, crossed[:, :, 1])
         return np.concatenate([rate, bend + null * (force / inertia)])
 
-    def _reduced(self, poses: tuple[Array, Array], twists: Array, units: Array, total: Array) -> tuple[float, float]:
-        """Reduced inertia and force of the bars at the loop's one freedom, whose unit motion has the twists `units` (5, 6); twists
-        and accelerations `total` (5, 6) without a change of speed."""
-        masses, centres, tensors = self._bars
-        rotation = poses[0][:5]
-        c = _along(rotation, centres) + poses[1][:5]
-        spatial = rotation @ tensors @ rotation.transpose(0, 2, 1)
-        w, wu, turn = twists[:, 3:], units[:, 3:], total[:, 3:]
-        v, vu = twists[:, :3] + _crossed(w, c), units[:, :3] + _crossed(wu, c)
-        # classical acceleration of the centre: spatial part at c, and w x v of that point
-        a = total[:, :3] + _crossed(turn, c) + _crossed(w, v)
-        moment = _along(spatial, turn) + _crossed(w, _along(spatial, w))
-        inertia = masses @ (vu * vu).sum(axis=1) + (wu * _along(spatial, wu)).sum()
-        force = (vu * (masses[:, None] * (np.array(self.gravity) - a))).sum() - (wu * moment).sum()
+    def _reduced(self, moved: Array, twists: Array, units: Array, total: Array, turned: Array) -> tuple[float, float]:
+        """Reduced inertia and force of the bars at the loop's one freedom, whose unit motion has the twists `units` (5, 6), from the
+        bars' twists, their rates without a change of speed (`total`) and ad(twists) units (`turned`), each (5, 6):
+
+            inertia = sum U . I U,    force = sum (ad(V) U) . I V - U . I (A - gravity),    all in the first pose of each bar."""
+        falling = total.copy()
+        falling[:, :3] -= self.gravity
+        back = np.zeros((5, 6, 6))
+        back[:, :3, :3] = back[:, 3:, 3:] = moved[:, :3, :3].transpose(0, 2, 1)
+        back[:, :3, 3:] = moved[:, :3, 3:].transpose(0, 2, 1)
+        at_home = back @ np.stack([units, twists, falling, turned], axis=2)
+        loads = self._bars @ at_home[:, :, :3]
+        inertia = np.vdot(at_home[:, :, 0], loads[:, :, 0])
+        force = np.vdot(at_home[:, :, 3], loads[:, :, 1]) - np.vdot(at_home[:, :, 0], loads[:, :, 2])
         return float(inertia), float(force)
 
 
@@ -151,9 +173,10 @@ class Governor:
     spring_length: float
     gravity: float
 
-    def moment(self, alpha: float) -> tuple[float, float]:
-        """Moment of inertia about the axis and its derivative by alpha."""
-        c, s, a, half = math.cos(alpha), math.sin(alpha), self.pivot, 0.5 * self.arm_length
+    def moment(self, alpha: Any) -> tuple[Any, Any]:
+        """Moment of inertia about the axis and its derivative by alpha: floats of a float, else arrays."""
+        of = math if isinstance(alpha, float) else np
+        c, s, a, half = of.cos(alpha), of.sin(alpha), self.pivot, 0.5 * self.arm_length
         one = self.arm_along * s * s + self.arm_across * c * c
         one += self.arm_mass * (a + half * c) ** 2 + self.ball_mass * (a + 2.0 * half * c) ** 2
         slope = 2.0 * (self.arm_along - self.arm_across) * s * c
@@ -162,13 +185,15 @@ class Governor:
         return self.upright + 2.0 * one, 2.0 * slope
 
     def slope(self, t: float, y: Array) -> Array:
-        """Rate (6,) of y = (alpha, s, phi, alpha', s', H)."""
-        alpha, s, _, dalpha, ds, momentum = y.tolist()
-        sine, cosine, half = math.sin(alpha), math.cos(alpha), 0.5 * self.arm_length
+        """Rate (..., 6) of y = (alpha, s, phi, alpha', s', H)."""
+        # a single state, in the loop of an integration, is much faster when it stays floats
+        of: Any = math if y.ndim == 1 else np
+        alpha, s, _, dalpha, ds, momentum = y.tolist() if y.ndim == 1 else np.moveaxis(y, -1, 0)
+        sine, cosine, half = of.sin(alpha), of.cos(alpha), 0.5 * self.arm_length
         moment, bend = self.moment(alpha)
         spin = momentum / moment
         x, z = half * cosine, self.height - half * sine - s
-        length = math.hypot(x, z)
+        length = of.hypot(x, z)
         by_alpha = (-half * sine * x - half * cosine * z) / length
         by_s = -z / length
         tension = self.spring_stiffness * (length - self.spring_length)
@@ -176,4 +201,5 @@ class Governor:
         own = self.arm_across + self.arm_mass * half**2 + self.ball_mass * self.arm_length**2
         weight = self.gravity * cosine * (self.arm_mass * half + self.ball_mass * self.arm_length)
         accel = (0.25 * bend * spin * spin + weight - tension * by_alpha) / own
-        return np.array([dalpha, ds, spin, accel, -self.gravity - 2.0 * tension * by_s / self.slider_mass, 0.0])
+        fall = -self.gravity - 2.0 * tension * by_s / self.slider_mass
+        return np.moveaxis(np.array([dalpha, ds, spin, accel, fall, 0.0 * momentum]), 0, -1)

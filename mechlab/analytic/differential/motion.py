@@ -54,6 +54,7 @@ class _Phase:
     contacts: tuple[Contact, ...]
     state: tuple[str, ...]
     system: FloatArray = field(init=False)
+    flows: dict[float, FloatArray] = field(init=False, default_factory=dict)
 
     def __post_init__(self) -> None:
         held = [i for i, s in enumerate(self.state) if s == "hold"]
@@ -72,10 +73,13 @@ class _Phase:
         self.system[2:4, 4] = inverse @ self.moved
 
     def at(self, start: FloatArray, dt: float) -> FloatArray:
-        """(4,) angles and rates after dt."""
-        from scipy.linalg import expm
+        """(4,) angles and rates after dt. The exponential of each dt is kept: times at even distances have a few, to rounding."""
+        flow = self.flows.get(dt)
+        if flow is None:
+            from scipy.linalg import expm
 
-        return np.asarray((expm(dt * self.system) @ np.append(start, 1.0))[:4])
+            flow = self.flows[dt] = np.asarray(expm(dt * self.system))
+        return np.asarray((flow @ np.append(start, 1.0))[:4])
 
     def onto(self, w: FloatArray) -> FloatArray:
         """(2,) rates w without the rounding error by which holding contacts miss their targets."""

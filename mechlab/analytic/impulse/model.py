@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -95,6 +96,29 @@ class Impulse:
         """Loss of speed of the motor per torque in the steady state [rad/(N m s)]."""
         return self.slip * self.no_load_speed
 
+    @cached_property
+    def output(self) -> OutputConstants:
+        """The constants of the equation of the output shaft."""
+        g = self.b / self.k - self.q
+        B3, bh = self.J2 + self.nm * self.b**2 + g**2 * self.nJ3, self.nm * self.b * self.h
+        return OutputConstants(B3, 2.0 * bh * g, bh * g * self.q, self.nm * self.k * self.h * self.q)
+
+    @cached_property
+    def inertias(self) -> tuple[float, ...]:
+        """Constants of A1, A2, A3, their factors of cos psi, and the factors of sin psi of A4, A5, A6 [kg m2]."""
+        f, g, unbalance = self.a / self.k + self.q, self.b / self.k - self.q, self.nm * self.h
+        return (
+            self.J1 + self.nm * self.a**2 + f**2 * self.nJ3,
+            self.nm * self.a * self.b + f * g * self.nJ3,
+            self.J2 + self.nm * self.b**2 + g**2 * self.nJ3,
+            2.0 * unbalance * self.a * f,
+            unbalance * (2.0 * self.a * self.b / self.k + (self.b - self.a) * self.q),
+            2.0 * unbalance * self.b * g,
+            -unbalance * self.a * f * self.q,
+            unbalance * self.b * g * self.q,
+            unbalance * self.k * self.q,
+        )
+
 
 @dataclass(frozen=True)
 class OutputConstants:
@@ -108,9 +132,7 @@ class OutputConstants:
 
 def shape(p: Impulse) -> OutputConstants:
     """The constants of the equation of the output shaft."""
-    g = p.b / p.k - p.q
-    B3 = p.J2 + p.nm * p.b**2 + g**2 * p.nJ3
-    return OutputConstants(B3, 2.0 * p.nm * p.b * p.h * g, p.nm * p.b * p.h * g * p.q, p.nm * p.k * p.h * p.q)
+    return p.output
 
 
 def first_integral(p: Impulse, speed: float, psi: ArrayLike, slip: ArrayLike, resisting: ArrayLike) -> Array:
@@ -154,14 +176,8 @@ def coefficients(p: Impulse, psi: ArrayLike) -> tuple[Any, Any, Any, Any, Any, A
     """
     # A float, in the loop of an integration, is much faster when it stays one.
     cos, sin = (math.cos(psi), math.sin(psi)) if isinstance(psi, float) else (np.cos(psi), np.sin(psi))
-    f, g, unbalance = p.a / p.k + p.q, p.b / p.k - p.q, p.nm * p.h
-    A1 = p.J1 + p.nm * p.a**2 + f**2 * p.nJ3 + 2.0 * unbalance * p.a * f * cos
-    A2 = p.nm * p.a * p.b + f * g * p.nJ3 + unbalance * (2.0 * p.a * p.b / p.k + (p.b - p.a) * p.q) * cos
-    A3 = p.J2 + p.nm * p.b**2 + g**2 * p.nJ3 + 2.0 * unbalance * p.b * g * cos
-    A4 = -unbalance * p.a * f * p.q * sin
-    A5 = unbalance * p.b * g * p.q * sin
-    A6 = unbalance * p.k * p.q * sin
-    return A1, A2, A3, A4, A5, A6
+    k1, k2, k3, c1, c2, c3, s4, s5, s6 = p.inertias
+    return k1 + c1 * cos, k2 + c2 * cos, k3 + c3 * cos, s4 * sin, s5 * sin, s6 * sin
 
 
 def load(p: Impulse, rate: ArrayLike) -> Array:
@@ -183,18 +199,23 @@ def accelerations(
     A1 alpha'' + A2 beta'' + A4 (alpha' - beta')^2 + A6 beta'^2 = motor
     A2 alpha'' + A3 beta'' + A5 (alpha' - beta')^2 - A6 alpha'^2 + c beta = -resisting
     """
-    u, v = np.asarray(alpha_rate, dtype=float), np.asarray(beta_rate, dtype=float)
-    A1, A2, A3, A4, A5, A6 = coefficients(p, angles(p, alpha, beta)[1])
+    first, second = _accelerations(p, *(_plain(x) for x in (alpha, beta, alpha_rate, beta_rate, motor, resisting)))
+    return np.asarray(first), np.asarray(second)
+
+
+def _accelerations(p: Impulse, alpha: Any, beta: Any, u: Any, v: Any, motor: Any, resisting: Any) -> tuple[Any, Any]:
+    """`accelerations` of arrays, or of floats, which stay floats."""
+    A1, A2, A3, A4, A5, A6 = coefficients(p, p.q * (alpha - beta))
     square = (u - v) ** 2
     one = motor - A4 * square - A6 * v * v
-    two = -np.asarray(resisting) - A5 * square + A6 * u * u - p.c * np.asarray(beta)
+    two = -resisting - A5 * square + A6 * u * u - p.c * beta
     det = A1 * A3 - A2 * A2
-    return np.asarray((A3 * one - A2 * two) / det), np.asarray((A1 * two - A2 * one) / det)
+    return (A3 * one - A2 * two) / det, (A1 * two - A2 * one) / det
 
 
 def motor_rate(p: Impulse, alpha_rate: ArrayLike, motor: ArrayLike) -> Array:
     """dMd/dt [N m/s] of the motor; with tau = 0 the torque has no rate: use `motor_torque_at`."""
-    return np.asarray((motor_torque_at(p, alpha_rate) - np.asarray(motor)) / p.tau)
+    return np.asarray((motor_torque_at(p, alpha_rate) - _plain(motor)) / p.tau)
 
 
 def motor_torque_at(p: Impulse, alpha_rate: ArrayLike) -> Any:
@@ -209,6 +230,11 @@ def slope(p: Impulse, state: ArrayLike, width: float = 0.0) -> Array:
     through sticking.
     """
     y = np.asarray(state, dtype=float)
+    if y.ndim == 1:  # one state, in the loop of an integration
+        alpha, beta, u, v, motor = y.tolist()
+        sign = math.tanh(v / width) if width else math.copysign(1.0, v) if v else 0.0
+        found = _accelerations(p, alpha, beta, u, v, motor, p.M0 + p.M1 * sign)
+        return np.array([u, v, *found, (motor_torque_at(p, u) - motor) / p.tau])
     alpha, beta, u, v, motor = (y[..., k] for k in range(5))
     resisting = load(p, v) if width == 0.0 else p.M0 + p.M1 * np.tanh(v / width)
     out = np.empty_like(y)  # in the order of y in memory
@@ -222,10 +248,10 @@ def constant_speed_acceleration(
     p: Impulse, speed: float, psi: ArrayLike, beta_rate: ArrayLike, resisting: ArrayLike, beta: ArrayLike = 0.0
 ) -> Array:
     """beta'' [rad/s2] at constant input speed [rad/s]: A3 beta'' = -resisting - A5 (w - beta')^2 + A6 w^2 - c beta."""
-    s = shape(p)
-    v, sin = np.asarray(beta_rate, dtype=float), np.sin(psi)
-    force = -np.asarray(resisting) - s.a5 * sin * (speed - v) ** 2 + s.a6 * sin * speed**2 - p.c * np.asarray(beta)
-    return np.asarray(force / (s.B3 + s.b3 * np.cos(psi)))
+    s, v = shape(p), _plain(beta_rate)
+    cos, sin = (math.cos(psi), math.sin(psi)) if isinstance(psi, float) else (np.cos(psi), np.sin(psi))
+    force = -_plain(resisting) - s.a5 * sin * (speed - v) ** 2 + s.a6 * sin * speed**2 - p.c * _plain(beta)
+    return np.asarray(force / (s.B3 + s.b3 * cos))
 
 
 def constant_speed_torque(p: Impulse, speed: float, psi: ArrayLike, beta_rate: ArrayLike, beta_accel: ArrayLike) -> Any:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -125,9 +126,14 @@ def unidirectional(p: Impulse, speed: float, M0: ArrayLike | None = None, M1: Ar
     )  # fmt: skip
 
 
+@cache
+def _legendre() -> tuple[Array, Array]:
+    return np.polynomial.legendre.leggauss(NODES)
+
+
 def _half(p: Impulse, speed: float, start: Array, end: Array, resisting: Array) -> Array:
     """Time [s] from psi = start, where beta' = 0, to psi = end under a constant resisting torque."""
-    x, weight = np.polynomial.legendre.leggauss(NODES)
+    x, weight = _legendre()
     start, end, resisting = start[..., None], end[..., None], resisting[..., None]
     psi = start + 0.5 * (end - start) * (x + 1.0)
     energy = first_integral(p, speed, start, speed, resisting)
@@ -168,8 +174,9 @@ def motion(p: Impulse, speed: float, start: ArrayLike, duration: float, times: A
     from scipy.integrate import solve_ivp
 
     def f(t: float, y: Array) -> Array:
-        psi = p.q * (speed * t - y[0])
-        return np.array([y[1], constant_speed_acceleration(p, speed, psi, y[1], p.M0, y[0])])
+        beta, rate = y.tolist()
+        psi = p.q * (speed * t - beta)
+        return np.array([rate, constant_speed_acceleration(p, speed, psi, rate, p.M0, beta)])
 
     at = None if times is None else np.asarray(times, dtype=float)
     done = solve_ivp(f, (0.0, duration), np.asarray(start, dtype=float), "DOP853", at, rtol=TOLERANCE, atol=TOLERANCE)

@@ -3,7 +3,7 @@ and MuJoCo on the fidelity `full`."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -16,8 +16,8 @@ from mechlab.catalog.delta6.parameters import ANGLES, DRIVES, ROTARY, SLIDERS, D
 from mechlab.catalog.delta6.poses import coordinates
 from mechlab.errors import NoSolution
 from mechlab.experiment.question import Answer, Question
-from mechlab.kit.questions import by_name, for_engines, stacked
-from mechlab.kit.witness import engine_answer
+from mechlab.kit.questions import by_name, stacked, together_for_engines
+from mechlab.kit.witness import engine_answers
 from mechlab.mechanism import Status
 from mechlab.mechanism.geometry import Array
 from mechlab.tables import up_to
@@ -101,17 +101,20 @@ def _inverse_analytic(p: Delta6Parameters, given: Given) -> Answer:
     return Answer(values, status, notes + slider_notes(p, found.drives[..., :3]))
 
 
-def _inverse_engine(engine: str, p: Delta6Parameters, given: Given) -> Answer:
-    tool, angles = stacked(given, TOOL), stacked(given, ANGLES)
-    centre = tool - p.head_offset * closed.output_axis(angles)
+def _inverse_engine(engine: str, p: Delta6Parameters, given: Given, count: int) -> list[Answer]:
+    tool, angles = (np.broadcast_to(stacked(given, names), (count, 3)) for names in (TOOL, ANGLES))
+    centres = tool - p.head_offset * closed.output_axis(angles)
     rates = any(k in given for k in TWIST)
     values = dict(given) | {k: given.get(k, 0.0) for k in TWIST} if rates else given
-    answer = _ask(engine, p, values, (*DRIVES, *(DRIVE_RATES if rates else ())), _start(p, centre, angles))
-    if answer.values:
-        beyond = _beyond_bend(p, np.array([answer.values[d] for d in SLIDERS]), centre[2])
-        if beyond is not None:
-            return beyond
-    return _reach(answer)
+    starts = [_start(p, centre, angle) for centre, angle in zip(centres, angles, strict=True)]
+    found = _ask(engine, p, values, (*DRIVES, *(DRIVE_RATES if rates else ())), starts)
+    return [_reach(_within_bend(p, x, [x.values.get(d, 0.0) for d in SLIDERS], c[2])) for x, c in zip(found, centres, strict=True)]
+
+
+def _within_bend(p: Delta6Parameters, answer: Answer, sliders: Sequence[float], head: float) -> Answer:
+    """The answer, or what is said of a pose beyond the bend of the ball joints."""
+    beyond = _beyond_bend(p, np.array(sliders), np.asarray(head)) if answer.values else None
+    return answer if beyond is None else beyond
 
 
 def _start(p: Delta6Parameters, centre: Array, angles: Array) -> Array | None:
@@ -128,13 +131,12 @@ def _start(p: Delta6Parameters, centre: Array, angles: Array) -> Array | None:
     return start
 
 
-def _ask(engine: str, p: Delta6Parameters, given: Given, wanted: tuple[str, ...], start: Array | None) -> Answer:
-    """The engine's answer on `full`, in the keys of the questions."""
+def _ask(engine: str, p: Delta6Parameters, given: Given, wanted: tuple[str, ...], starts: Sequence[Array | None]) -> list[Answer]:
+    """The engine's answers on `full`, in the keys of the questions."""
     asked = {OF_FRAME.get(k, k): v for k, v in given.items()}
     names = {OF_FRAME.get(k, k): k for k in wanted}
-    steps = 1 if start is not None else 10
-    answer = engine_answer(engine, build(p, "full"), asked, list(names), start=start, steps=steps, output="D")
-    return replace(answer, values={names[k]: v for k, v in answer.values.items()})
+    found = engine_answers(engine, build(p, "full"), asked, list(names), len(starts), starts, steps=1, output="D")
+    return [replace(answer, values={names[k]: v for k, v in answer.values.items()}) for answer in found]
 
 
 def _reach(answer: Answer) -> Answer:
@@ -164,29 +166,32 @@ def _forward_analytic(p: Delta6Parameters, given: Given) -> Answer:
     return Answer(values, status, notes + slider_notes(p, sliders))
 
 
-def _forward_engine(engine: str, p: Delta6Parameters, given: Given) -> Answer:
-    sliders, shafts = stacked(given, SLIDERS), stacked(given, ROTARY)
+def _forward_engine(engine: str, p: Delta6Parameters, given: Given, count: int) -> list[Answer]:
+    sliders, shafts = (np.broadcast_to(stacked(given, names), (count, 3)) for names in (SLIDERS, ROTARY))
     found = closed.forward(p.geometry, sliders, shafts)
-    reachable = bool(found.translation.assembles) and bool(found.translation.on_branch)
-    start = _start(p, found.translation.position, found.angles) if reachable else None
+    reachable = found.translation.assembles & found.translation.on_branch
+    starts = [
+        _start(p, x, angles) if there else None
+        for x, angles, there in zip(found.translation.position, found.angles, reachable, strict=True)
+    ]
     rates = any(k in given for k in DRIVE_RATES)
     values = dict(given) | {k: given.get(k, 0.0) for k in DRIVE_RATES} if rates else given
-    answer = _ask(engine, p, values, (*POSE, *(TWIST if rates else ())), start)
-    if answer.values:
-        axis = closed.output_axis(np.array([answer.values[k] for k in ANGLES]))
-        beyond = _beyond_bend(p, sliders, answer.values["z"] - p.head_offset * axis[2])
-        if beyond is not None:
-            return beyond
-    # accelerations are not asked for: what was taken for them does not matter
-    return _reach(replace(answer, assumed={}))
+    out = []
+    for answer, at in zip(_ask(engine, p, values, (*POSE, *(TWIST if rates else ())), starts), sliders, strict=True):
+        if answer.values:
+            axis = closed.output_axis(np.array([answer.values[k] for k in ANGLES]))
+            answer = _within_bend(p, answer, at.tolist(), answer.values["z"] - p.head_offset * axis[2])
+        # accelerations are not asked for: what was taken for them does not matter
+        out.append(_reach(replace(answer, assumed={})))
+    return out
 
 
 INVERSE = Question(
-    "inverse", POSE, (*DRIVES, *DRIVE_RATES), {"analytic": _inverse_analytic} | for_engines(_inverse_engine), dict.fromkeys(TWIST),
+    "inverse", POSE, (*DRIVES, *DRIVE_RATES), {"analytic": _inverse_analytic} | together_for_engines(_inverse_engine), dict.fromkeys(TWIST),
     angles=(*ROTARY, *ANGLES), units=UNITS, text="drives from the pose of D; their rates from its twist",
 )  # fmt: skip
 FORWARD = Question(
-    "forward", DRIVES, (*POSE, *TWIST), {"analytic": _forward_analytic} | for_engines(_forward_engine), dict.fromkeys(DRIVE_RATES),
+    "forward", DRIVES, (*POSE, *TWIST), {"analytic": _forward_analytic} | together_for_engines(_forward_engine), dict.fromkeys(DRIVE_RATES),
     angles=(*ROTARY, *ANGLES), units=UNITS, text="pose of D from the drives; its twist from their rates",
 )  # fmt: skip
 QUESTIONS = (INVERSE, FORWARD)

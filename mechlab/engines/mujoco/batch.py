@@ -1,8 +1,9 @@
 """Many motions at once, stepped inside the engine by all cores (mujoco.rollout): of one mechanism or of many of the same structure,
-with loops and gears, under constant loads and under declared drives that hold.
+with loops and gears, under constant loads, servos that hold, viscous loads and declared drives that hold.
 
-Nothing calls Python between the steps. The steps are those of `mechlab.engines.mujoco.run`, bit for bit, whatever the number of
-threads. Every motion is judged (`mechlab.engines.mujoco.batch_health`), blocks of them at a time.
+Nothing calls Python between the steps. The steps are those of `mechlab.engines.mujoco.run`, whatever the number of threads: bit for bit,
+but to rounding where a servo or a viscous load is put into the model (`mechlab.engines.mujoco.passive_laws`). Every motion is judged
+(`mechlab.engines.mujoco.batch_health`), blocks of them at a time.
 """
 
 from __future__ import annotations
@@ -14,13 +15,13 @@ from typing import Any
 import mujoco
 import numpy as np
 from mujoco import rollout
-from numpy.typing import NDArray
 
 from mechlab.engines.mujoco.batch_health import BatchHealth, Course
 from mechlab.engines.mujoco.control import compiling, engine
 from mechlab.engines.mujoco.drive import engage, engaged
 from mechlab.engines.mujoco.findings import GAP_KINDS, masses_finding
 from mechlab.engines.mujoco.model import Indices, MujocoMap
+from mechlab.engines.mujoco.passive_laws import passive_laws, put_into_model
 from mechlab.engines.mujoco.sparse import LARGE, sparse_is_right
 from mechlab.engines.mujoco.stepping import Grid
 from mechlab.errors import MechlabError
@@ -28,7 +29,7 @@ from mechlab.experiment.laws import Constant, Servo
 from mechlab.experiment.motion import Hold
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.formats import to_mjcf
-from mechlab.formats.mjcf.write_loops import site_names
+from mechlab.formats.mjcf.write_loops import site_names, tendon_name
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Joint, Shaft
@@ -60,28 +61,28 @@ class Motions:
 @dataclass(frozen=True)
 class Batch:
     """t (m,) of the kept samples; q (N, m, nq), v (N, m, nv); findings: name -> (N,) values, as in the health record of a run;
-    reasons (N,): why a motion cannot be trusted, "" where it can; unsure (N,): where a single run can tell better (`BatchHealth`)."""
+    reasons (N,): why a motion cannot be trusted, "" where it can."""
 
     t: Array
     q: Array
     v: Array
     findings: Mapping[str, Array]
     reasons: tuple[str, ...]
-    unsure: NDArray[np.bool_]
 
 
 def why_not_together(mechanism: Mechanism, scene: Scene, settings: Settings) -> str:
     """Why motions of a mechanism in a scene cannot be rolled out; "" where they can."""
     held = engaged(scene.laws)
-    others = [x.kind for x in scene.laws if not isinstance(x, Constant) and not (x in held and _holds(x))]
+    inside = passive_laws(scene.laws, settings)
+    others = [x.kind for x in scene.laws if not (isinstance(x, Constant) or x in inside or x in held and _holds(x))]
     steps = scene.duration / settings.timestep
     parts: tuple[Joint | Shaft, ...] = (*mechanism.joints, *mechanism.shafts)
     reasons = {
         f"the engine of the scene is {settings.engine}": settings.engine != "mujoco",
         f"the scene has laws that Python evaluates ({', '.join(dict.fromkeys(others))})": bool(others),
         "there is dry friction": any(x.friction for x in parts),
-        "there are springs with damping or a range": any(s.damping or s.range is not None for s in mechanism.springs),
-        "there are joints of three coordinates": any(j.nv != 1 for j in mechanism.joints),
+        "there are springs with a range": any(s.range is not None for s in mechanism.springs),
+        "there are spherical joints with a range": any(j.nv != 1 and j.range is not None for j in mechanism.joints),
         "the timestep does not divide the duration": abs(steps - round(steps)) > 1e-9,
     }
     return next((text for text, holds in reasons.items() if holds), "")
@@ -91,11 +92,13 @@ def _holds(law: object) -> bool:
     return isinstance(law, Servo) and isinstance(law.motion, Hold)
 
 
-def roll(motions: Sequence[Motions], steps: Grid, whole: bool = True, take: Steps | None = None, threads: int = 1) -> list[Batch]:
+def roll(
+    motions: Sequence[Motions], steps: Grid, whole: bool = True, take: Steps | None = None, threads: int = 1, numbers: int = NUMBERS
+) -> list[Batch]:
     """The motions over the steps of the grid; whole: keep all its samples, not only those that are looked at.
 
-    take: who steps, by default the engine itself on `threads` threads. Raises MechlabError for a mechanism or scene of
-    `why_not_together`.
+    take: who steps, by default the engine itself on `threads` threads; numbers: most of one call of it. Raises MechlabError for a
+    mechanism or scene of `why_not_together`.
     """
     for x in motions:
         reason = why_not_together(x.mechanism, x.scene, x.settings)
@@ -113,7 +116,7 @@ def roll(motions: Sequence[Motions], steps: Grid, whole: bool = True, take: Step
     for one in prepared:
         alike.setdefault(_shape(one.model), []).append(one)
     for shaped in alike.values():
-        _roll_alike(shaped, steps, take or steps_of_engine(threads))
+        _roll_alike(shaped, steps, take or steps_of_engine(threads), numbers)
     out: dict[int, Batch] = {}
     for one, group in zip(prepared, same.values(), strict=True):
         ends = np.cumsum([0, *(len(motions[k].q) for k in group)]).tolist()
@@ -127,12 +130,12 @@ def _joined(motions: Sequence[Motions]) -> Motions:
     return replace(motions[0], q=np.concatenate([x.q for x in motions]), v=np.concatenate([x.v for x in motions]), loads=loads)
 
 
-def _roll_alike(group: Sequence[_Prepared], steps: Grid, take: Steps) -> None:
+def _roll_alike(group: Sequence[_Prepared], steps: Grid, take: Steps, numbers: int) -> None:
     """Roll out motions whose models have the same shape, some of them at a time."""
     ends = np.cumsum([0, *(len(x.start) for x in group)])
     start, push = np.concatenate([x.start for x in group]), np.concatenate([x.push for x in group])
     models = [x.model for x in group for _ in range(len(x.start))]
-    many = max(1, NUMBERS // (steps.count * (start.shape[1] + models[0].nsensordata)))
+    many = max(1, numbers // (steps.count * (start.shape[1] + models[0].nsensordata)))
     for i in range(0, len(models), many):
         s = slice(i, min(i + many, len(models)))
         states, sensed = take(models[s], start[s], push[s], steps.count)
@@ -182,7 +185,10 @@ class _Prepared:
         self.loads = {name: np.asarray(x, dtype=float) for name, x in motions.loads.items()}
         for law in scene.laws:
             if isinstance(law, Constant):
-                self.loads[law.on] = self.loads.get(law.on, 0.0) + np.full(count, law.value)
+                self._load(law.on, law.value)
+        for inside in passive_laws(scene.laws, motions.settings).values():
+            put_into_model(self.map, inside)
+            self._load(inside.on, inside.force)
         self.push = np.zeros((count, nv))
         for name, values in self.loads.items():
             self.push[:, self.map.dof] += values[:, None] * m.row(name)
@@ -195,6 +201,11 @@ class _Prepared:
         ahead = "" if masses is None else masses.sentence
         self.health = BatchHealth(m, scene, motions.settings, self.model, self.map, look, count, ahead)
         self.q, self.v = np.empty((count, len(keep), m.nq)), np.empty((count, len(keep), m.nv))
+
+    def _load(self, on: str, force: float) -> None:
+        """Add a constant force to those on a joint or shaft."""
+        if force:
+            self.loads[on] = self.loads.get(on, 0.0) + np.full(len(self.motions.q), force)
 
     def take(self, at: slice, states: Array, sensed: Array) -> None:
         """Keep the samples of motions `at`, and judge them."""
@@ -209,11 +220,11 @@ class _Prepared:
         """What is kept of motions `at`."""
         t = np.array([self.steps.t(int(k)) for k in self.keep])
         findings = {name: x[at] for name, x in self.health.findings.items()}
-        return Batch(t, self.q[at], self.v[at], findings, tuple(self.health.reasons[at]), self.health.unsure[at])
+        return Batch(t, self.q[at], self.v[at], findings, tuple(self.health.reasons[at]))
 
 
 def _model(mechanism: Mechanism, settings: Settings) -> mujoco.MjModel:
-    """The model with those sensors alone that the health record reads: the gaps of loops, and the two energies."""
+    """The model with those sensors alone that the health record reads: gaps of loops, rates of damped springs, the two energies."""
     site = mujoco.mjtObj.mjOBJ_SITE
     with compiling():
         spec = mujoco.MjSpec.from_string(to_mjcf(mechanism, settings, bare=True))
@@ -221,6 +232,11 @@ def _model(mechanism: Mechanism, settings: Settings) -> mujoco.MjModel:
             a, b = site_names(name)
             spec.add_sensor(
                 type=mujoco.mjtSensor.mjSENS_FRAMEPOS, name=f"gap:{name}", objtype=site, objname=b, reftype=site, refname=a
+            )
+        for name in (x.name for x in mechanism.springs if x.damping):
+            tendon = tendon_name(mechanism, name)
+            spec.add_sensor(
+                type=mujoco.mjtSensor.mjSENS_TENDONVEL, name=f"rate:{name}", objtype=mujoco.mjtObj.mjOBJ_TENDON, objname=tendon
             )
         for kind in (mujoco.mjtSensor.mjSENS_E_POTENTIAL, mujoco.mjtSensor.mjSENS_E_KINETIC):
             spec.add_sensor(type=kind, name=kind.name)

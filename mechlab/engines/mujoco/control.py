@@ -23,9 +23,12 @@ import mujoco
 
 from mechlab.errors import MechlabError
 
+Controller = tuple[Callable[[], None], list[BaseException]]
+"""What is called for a MjData, and what it has raised."""
+
 _bare_lock = threading.RLock()
 _lock = threading.Condition(_bare_lock)
-_controllers: dict[int, Callable[[], None]] = {}
+_controllers: dict[int, Controller] = {}
 _compiling = 0
 _mine = threading.local()
 _users = 0
@@ -73,17 +76,8 @@ def controlled(data: mujoco.MjData, function: Callable[[], None]) -> Iterator[No
     must not cross the C code of the engine.
     """
     errors: list[BaseException] = []
-
-    def guarded() -> None:
-        if errors:
-            return
-        try:
-            function()
-        except BaseException as error:  # also KeyboardInterrupt: it is raised at the end of the block
-            errors.append(error)
-
     with engine():
-        _install(data._address, guarded)
+        _install(data._address, (function, errors))
         _mine.controlled = getattr(_mine, "controlled", 0) + 1
         try:
             yield
@@ -118,9 +112,14 @@ def silence(data: mujoco.MjData) -> None:
 
 
 def _dispatch(model: mujoco.MjModel, data: mujoco.MjData) -> None:
-    function = _controllers.get(data._address)
-    if function is not None:
-        function()
+    found = _controllers.get(data._address)
+    if found is not None:
+        function, errors = found
+        if not errors:
+            try:
+                function()
+            except BaseException as error:  # also KeyboardInterrupt: it is raised at the end of the block
+                errors.append(error)
     elif _previous_control is not None:
         _previous_control(model, data)
 
@@ -138,11 +137,11 @@ def _enter() -> None:
         _users += 1
 
 
-def _install(address: int, function: Callable[[], None]) -> None:
+def _install(address: int, controller: Controller) -> None:
     global _installed, _previous_control
     with _lock:
         _lock.wait_for(lambda: not _compiling)
-        _controllers[address] = function
+        _controllers[address] = controller
         if not _installed:
             _previous_control = mujoco.get_mjcb_control()
             mujoco.set_mjcb_control(_dispatch)

@@ -59,7 +59,7 @@ class Driver:
         self.memory = self.applied.states
         self._remembers = len(self.memory) > 0
         self._kept = self._seen = self.memory.initial
-        self._slopes: list[Array] = []
+        self._mean = np.zeros(len(self.memory))
         self.memory.put(plant, self._kept)
         self.at_once = self._rk4 and self.applied.constant and self.held is None
         self._from = {name: plant.value(name) for name in self.targets} if self.at_once else {}
@@ -71,6 +71,11 @@ class Driver:
     def called(self) -> bool:
         """Whether the engine must call it while it steps."""
         return bool(self.laws) and not self.at_once
+
+    @property
+    def reads_rows(self) -> bool:
+        """Whether it is called and a law may read the constraint rows, which must be dense then."""
+        return self.called and not self.applied.all_formulas
 
     @property
     def forces(self) -> dict[str, float]:
@@ -91,11 +96,16 @@ class Driver:
 
     def push(self) -> None:
         """One evaluation that keeps no account of forces and work, for runs of which states alone are kept."""
-        if self._remembers:
-            self()
-            return
         count_work(self._price)
         laws, t = self.applied, self._data.time
+        if self._remembers:
+            self._apply(t)
+            if not math.isfinite(self._forces.dot(self._forces)):
+                self._refuse()
+            if not self.sampling:
+                self._remember(t)
+                self._stage = (self._stage + 1) % 4 if self._rk4 else 0
+            return
         laws.put(t, self._qpos, self._qvel)
         if laws.affine:
             self._qfrc[:] = laws.affine_force()
@@ -104,6 +114,13 @@ class Driver:
         if not math.isfinite(forces.dot(forces)):
             self._forces = forces
             self._refuse()
+
+    def unaccounted(self) -> None:
+        """`push`, and forces at the samples alone: for runs that are compared with another one."""
+        if self.sampling:
+            self()
+        else:
+            self.push()
 
     def __call__(self) -> None:
         """One evaluation: the engine's state is current, its forces are not computed yet."""
@@ -148,13 +165,13 @@ class Driver:
         if not self._rk4:
             self._kept = self.memory.after(t, plant, self._kept, h)
             return
-        if self._stage == 0:
-            self._slopes, self._seen = [], self._kept
-        self._slopes.append(self.applied.state_rates(t, plant))
-        if self._stage < 3:
-            self._seen = self._kept + (0.5, 0.5, 1.0)[self._stage] * h * self._slopes[-1]
+        rates, stage = self.applied.state_rates(t, plant), self._stage
+        mean = _RK4[stage] * rates
+        self._mean = mean if stage == 0 else self._mean + mean
+        if stage < 3:
+            self._seen = self._kept + (0.5, 0.5, 1.0)[stage] * h * rates
         else:
-            self._kept = self._kept + h * sum(w * k for w, k in zip(_RK4, self._slopes, strict=True))
+            self._kept = self._kept + h * self._mean
 
     def _refuse(self) -> None:
         """Raise MechlabError for a force that is not finite, unless the state has already blown up."""
@@ -169,6 +186,8 @@ class Driver:
 
     def now(self) -> list[float]:
         """Forces in the order of `targets`."""
+        if self.held is None and len(self._forces) == len(self.targets) and self.applied.targets == self.targets:
+            return self._forces.tolist()
         forces = self.forces
         return [forces[name] for name in self.targets]
 
@@ -209,7 +228,7 @@ RunModel = tuple[mujoco.MjModel, mujoco.MjData, MujocoMap]
 
 def run_model(mechanism: Mechanism, settings: Settings, laws: Sequence[Law]) -> RunModel:
     """A model for a run under laws, without the automatic reset and with the actuators of `engage` alone."""
-    model, data = to_mujoco(mechanism, settings)
+    model, data = to_mujoco(mechanism, settings, bare=True)
     map_ = MujocoMap(mechanism, model)
     engage(map_, laws)
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET

@@ -31,7 +31,7 @@ class EngineRows:
         self._sites: list[int] = []
         self._distances: list[tuple[int, int, int, int, int]] = []
         self._turning: list[tuple[slice, Array]] = []
-        places: list[tuple[int, int]] = []  # row of b, and its number among the differences of accelerations
+        places: list[tuple[int, int]] = []  # row of b, and the number of the acceleration of the first site
         self._order: list[int] = []
         self._signs: list[float] = []
         at = 0
@@ -41,7 +41,7 @@ class EngineRows:
             self._order += range(rows.start, rows.stop)
             tendon = model.eq_type[k] == mujoco.mjtEq.mjEQ_TENDON
             self._signs += [1.0 if tendon else -1.0] * count
-            first, ends = 3 * len(self._sites), closure.ends_of_distance(k)
+            first, ends = 6 * len(self._sites), closure.ends_of_distance(k)
             if not tendon:
                 one, two = int(model.eq_obj1id[k]), int(model.eq_obj2id[k])
                 # the engine gives the angular acceleration first
@@ -51,16 +51,15 @@ class EngineRows:
                     self._turning.append((slice(at + 3, at + 6), _moving(model, one) - _moving(model, two)))
                 self._sites += [one, two]
             elif ends is not None:
-                self._distances.append((at, int(model.eq_obj1id[k]), len(self._sites) // 2, *ends))
+                self._distances.append((at, int(model.eq_obj1id[k]), len(self._sites), *ends))
                 self._sites += ends
             at += count
         self.count = at
-        self._found = np.zeros((len(self._sites) + 2, 6))  # the last two stay zero, for rows without a bias
-        self._one, self._two = self._found[::2], self._found[1::2]
-        self._calls = list(zip(self._sites, self._found, strict=False))
-        self._index = np.full(at, 3 * len(self._sites))
+        self._found = np.zeros((len(self._sites), 6))
+        self._flat, self._calls = self._found.ravel(), list(zip(self._sites, self._found, strict=True))
+        self._differences = np.zeros((at, self._found.size))  # first site minus second
         for row, number in places:
-            self._index[row] = number
+            self._differences[row, number], self._differences[row, number + 6] = 1.0, -1.0
         self._speeds = np.zeros((2, 6))
 
     def agree(self, data: mujoco.MjData, closure: Closure) -> bool:
@@ -93,15 +92,15 @@ class EngineRows:
         qacc[:] = kept
         for site, out in self._calls:
             acceleration(model, data, SITE, site, out, 0)
-        change = self._one - self._two
-        bias: Array = change.ravel().take(self._index)
+        bias: Array = self._differences.dot(self._flat)
         for row, tendon, k, a, b in self._distances:
             one, two = self._speeds
             mujoco.mj_objectVelocity(model, data, SITE, a, one, 0)
             mujoco.mj_objectVelocity(model, data, SITE, b, two, 0)
             speed, between = one[3:] - two[3:], data.site_xpos[a] - data.site_xpos[b]
+            change = self._found[k, 3:] - self._found[k + 1, 3:]
             length, along = float(data.ten_length[tendon]), float(data.ten_velocity[tendon])
-            bias[row] = (float(speed.dot(speed)) - along * along + float(between.dot(change[k, 3:]))) / length
+            bias[row] = (float(speed.dot(speed)) - along * along + float(between.dot(change))) / length
         return bias
 
 

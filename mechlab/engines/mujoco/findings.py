@@ -272,7 +272,7 @@ class LoopWatch:
         if not self._watches:
             return False
         if data.ne != self._rows:  # the rows of equalities keep their places while their number is the same
-            self._points = np.array([self.map.rows(data, name)[:3] for name in self.names])
+            self._points = self.map.first_rows(data, self.names, 3)
             self._rows = data.ne
         open_ = data.efc_pos[: data.ne]
         if open_.dot(open_) <= self.limit**2:  # all rows together are closed enough

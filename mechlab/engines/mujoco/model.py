@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Sequence
 from functools import cached_property, lru_cache
 from pathlib import Path
 
@@ -29,8 +30,8 @@ _DEFAULT_SOLREF, _DEFAULT_SOLIMP = (0.02, 1.0), (0.9, 0.95, 0.001, 0.5, 2.0)
 
 
 @lru_cache(maxsize=32)
-def _compiled(mechanism: Mechanism) -> mujoco.MjModel:
-    text = to_mjcf(mechanism, _AS_COMPILED)
+def _compiled(mechanism: Mechanism, bare: bool) -> mujoco.MjModel:
+    text = to_mjcf(mechanism, _AS_COMPILED, bare=bare)
     try:
         with compiling():
             return mujoco.MjModel.from_xml_string(text)
@@ -52,12 +53,13 @@ def _retune(model: mujoco.MjModel, settings: Settings) -> None:
             values[(values == written).all(axis=1)] = wanted
 
 
-def to_mujoco(mechanism: Mechanism, settings: Settings | None = None) -> tuple[mujoco.MjModel, mujoco.MjData]:
+def to_mujoco(mechanism: Mechanism, settings: Settings | None = None, bare: bool = False) -> tuple[mujoco.MjModel, mujoco.MjData]:
     """A fresh model and its data in the reference pose, evaluated (mj_forward).
 
-    The model is the caller's own: the compiled one is kept and copied. Raises MechlabError when MuJoCo refuses it.
+    The model is the caller's own: the compiled one is kept and copied. bare: without shapes, sensors and keyframe, for runs.
+    Raises MechlabError when MuJoCo refuses it.
     """
-    model = copy.copy(_compiled(mechanism))
+    model = copy.copy(_compiled(mechanism, bare))
     if settings is not None:
         _retune(model, settings)
     data = mujoco.MjData(model)
@@ -111,13 +113,13 @@ class MujocoMap:
     def equalities(self) -> dict[str, tuple[int, ...]]:
         """Loop or relation -> the engine's equality constraints that stand for it."""
         model = self.model
-        names = [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_EQUALITY, k) for k in range(model.neq)]
+        names = {mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_EQUALITY, k): k for k in range(model.neq)}
         out: dict[str, tuple[int, ...]] = {}
         for wanted in [x.name for x in self.mechanism.loops] + [x.name for x in self.mechanism.relations]:
-            found = [k for k, name in enumerate(names) if name in (wanted, axis_name(wanted))]
+            found = [names[name] for name in (wanted, axis_name(wanted)) if name in names]
             if not found:
                 raise unknown(f"{self.mechanism.name}: equality of the MuJoCo model", wanted, names)
-            out[wanted] = tuple(found)
+            out[wanted] = tuple(sorted(found))
         return out
 
     @cached_property
@@ -145,6 +147,15 @@ class MujocoMap:
         """Rows of the constraint arrays (efc_*) of a loop or relation, as they stand in `data` now."""
         is_equality = data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY
         return np.flatnonzero(is_equality & np.isin(data.efc_id, self.equalities[name]))
+
+    def first_rows(self, data: mujoco.MjData, names: Sequence[str], count: int) -> Indices:
+        """(names, count) the first rows of each of some loops or relations, as `rows`, in one pass over the arrays."""
+        equality = np.flatnonzero(data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY)
+        ids = data.efc_id[equality]
+        order = np.argsort(ids, kind="stable")
+        ends = np.searchsorted(ids[order], np.arange(self.model.neq + 1))
+        own = [[equality[order[ends[e] : ends[e + 1]]] for e in self.equalities[name]] for name in names]
+        return np.array([np.sort(np.concatenate(rows))[:count] for rows in own], dtype=int).reshape(-1, count)
 
     # -- coordinates and rates ---------------------------------------------------------------------------------------
 

@@ -48,6 +48,7 @@ class MujocoPlant:
         self._qpos, self._qvel = data.qpos, data.qvel
         self._tree_state = self._rows_state = (b"", b"")
         self.memory: dict[Any, Array] = {}
+        self._sites: dict[str, int] = {}
         self._terms: dict[str, tuple[float, Terms, Terms]] = {}
         for name in mechanism.scalar_names:
             row = mechanism.row(name)
@@ -118,6 +119,21 @@ class MujocoPlant:
         """(rows,) dJ/dt v."""
         return self.constraint_rows()[1]
 
+    def point(self, frame: str) -> Array:
+        """(3,) the site of a Frame in the world."""
+        return np.array(self.data.site_xpos[self._site(frame)])
+
+    def point_jacobian(self, frame: str) -> Array:
+        """(6, nv) of a Frame: velocity of its site, angular velocity, world axes."""
+        out = np.zeros((6, self.model.nv))
+        mujoco.mj_jacSite(self.model, self.data, out[:3], out[3:], self._site(frame))
+        return out[:, self.map.dof]
+
+    def _site(self, frame: str) -> int:
+        if frame not in self._sites:
+            self._sites[frame] = self.map.site(frame)
+        return self._sites[frame]
+
     # -- kept for one state ------------------------------------------------------------------------------------------
 
     @cached_property
@@ -159,7 +175,7 @@ class MujocoPlant:
 
     def constraint_rows(self) -> tuple[Array, Array]:
         """`jacobian` and `constraint_bias`."""
-        state = self._state()
+        state = self._qpos.tobytes(), self._qvel.tobytes()
         if state != self._rows_state:
             if self._split:
                 tree, constraints = self._tree(), self._numpy[1]
@@ -217,16 +233,6 @@ class StateOfMujoco(MujocoPlant):
         """Rotation (3, 3), body axes to world, and origin (3,) of a body."""
         k = self.map.body(body)
         return self.data.xmat[k].reshape(3, 3).copy(), self.data.xpos[k].copy()
-
-    def point(self, frame: str) -> Array:
-        """(3,) the site of a Frame in the world."""
-        return np.array(self.data.site_xpos[self.map.site(frame)])
-
-    def point_jacobian(self, frame: str) -> Array:
-        """(6, nv) of a Frame: velocity of its site, angular velocity, world axes."""
-        out = np.zeros((6, self.model.nv))
-        mujoco.mj_jacSite(self.model, self.data, out[:3], out[3:], self.map.site(frame))
-        return out[:, self.map.dof]
 
     def masses(self) -> list[MassShare]:
         """Of every body that moves with its inertial frame; connectors, which hold a share of a body's mass, are among them."""

@@ -15,7 +15,7 @@ from mechlab.engines.mujoco.drive import Driver, put_start, run_model
 from mechlab.engines.mujoco.findings import health, masses_finding
 from mechlab.engines.mujoco.plant import MujocoPlant
 from mechlab.engines.mujoco.samples import RunSamples
-from mechlab.engines.mujoco.sparse import sparse_is_right
+from mechlab.engines.mujoco.sparse import sparse_is_right, sparse_steps
 from mechlab.engines.mujoco.stepping import Grid, advance, grid, sparsely
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.findings import ModeWatch
@@ -61,14 +61,15 @@ def _run(mechanism: Mechanism, scene: Scene, chosen: Settings, steps: Grid, judg
         raise unknown("integrator of mujoco", chosen.integrator, MUJOCO_INTEGRATORS)
     q, v = initial_state(mechanism, scene)
     model, data, map_ = run_model(mechanism, chosen, scene.laws)
-    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR  # nobody reads them
     put_start(data, map_, q, v)
     driver = Driver(mechanism, scene.laws, MujocoPlant(mechanism, model, data, map_))
     samples = RunSamples(model, data, map_, driver, ModeWatch(mechanism, scene.keep_mode))
-    with controlled(data, driver) if driver.called else engine(), spent_on("record"):
-        # laws in Python read the dense rows in the middle of a step
-        sparse = not driver.called and sparse_is_right(model, data)
-        blow_up, cpu, done = advance(model, data, map_, steps, samples.take, sparsely if sparse else None)
+    act = driver if judged else driver.unaccounted
+    with controlled(data, act) if driver.called else engine(), spent_on("record"):
+        # laws in Python read the dense rows in the middle of a step, reactions of distance loops at the samples
+        sparse = not driver.reads_rows and sparse_is_right(model, data)
+        with sparse_steps(model, sparse and not samples.reactions.distances):
+            blow_up, cpu, done = advance(model, data, map_, steps, samples.take, sparsely if sparse else None)
     move_cost("record", "integrate", cpu)
     with spent_on("record"):
         if samples.cut():  # the run ends there, whatever came after

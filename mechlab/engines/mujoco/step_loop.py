@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.engines.mujoco.control import begin_step, controlled, end_step, silence
+from mechlab.engines.mujoco.sparse import sparse_is_right, sparse_steps
 from mechlab.engines.mujoco.step_watch import KEPT, WatchedLoop
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.observed import Observed
@@ -84,6 +85,7 @@ class StepLoop(WatchedLoop):
         self._ctrl, self._shift, self._plain = self.data.ctrl, drives.shift, drives.plain
         self._shape = drives.shift.shape
         self._act: Callable[[], None] | None = None
+        self._sparse: bool | None = None
 
     # -- names ---------------------------------------------------------------------------------------------------------
 
@@ -149,7 +151,11 @@ class StepLoop(WatchedLoop):
         if act is None:
             begin_step()
             try:
-                mujoco.mj_step(model, data, self.substeps)
+                if self._sparse:
+                    with sparse_steps(model):
+                        mujoco.mj_step(model, data, self.substeps)
+                else:
+                    mujoco.mj_step(model, data, self.substeps)
             finally:
                 end_step()
         else:
@@ -254,6 +260,8 @@ class StepLoop(WatchedLoop):
         if seed is not None:
             self.rng = np.random.default_rng(seed)
         self._act = self._begin(self.beginning_scene(self.rng, initial))
+        if self._sparse is None:  # laws that are called read the dense rows
+            self._sparse = self._act is None and sparse_is_right(self.model, self.data)
         silence(self.data)
         self._watch_anew()
         mujoco.mj_getState(self.model, self.data, self.rows[0], ROW)

@@ -139,7 +139,7 @@ def take_steps(model: mujoco.MjModel, data: mujoco.MjData, steps: Grid, start: i
 
 
 def sparsely(model: mujoco.MjModel, data: mujoco.MjData, steps: Grid, start: int, end: int) -> None:
-    """`take_steps` with the sparse Jacobian; the samples between see the dense one."""
+    """`take_steps` with the sparse Jacobian; the samples between see what the model says."""
     with sparse_steps(model):
         take_steps(model, data, steps, start, end)
 

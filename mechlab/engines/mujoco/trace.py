@@ -13,10 +13,11 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import controlled, engine
-from mechlab.engines.mujoco.drive import Driver, RunModel, engaged, put_start, run_model
+from mechlab.engines.mujoco.drive import Driver, engaged, put_start, run_model
 from mechlab.engines.mujoco.model import MujocoMap
 from mechlab.engines.mujoco.plant import MujocoPlant
 from mechlab.engines.mujoco.sparse import sparse_is_right, sparse_steps
+from mechlab.engines.mujoco.springs import SpringDamper, put_springs, spring_dampers
 from mechlab.engines.mujoco.stepping import INTEGRATION_STATE, UNSOLVED
 from mechlab.engines.state import RATE_LIMIT
 from mechlab.experiment.laws import Law
@@ -53,8 +54,9 @@ def step_through(
 class Steps:
     """A timed run of a scene that can be continued; the timestep must divide `between`, the time between outputs [s].
 
-    Laws are evaluated at every stage, inside the timed steps. Under constant loads and drives that hold alone, runs of a
-    thread share one MjData for a mechanism and its settings, and each keeps its state. Raises MechlabError for bad input.
+    Laws are evaluated at every stage, inside the timed steps. Under laws that are springs and dampers to the engine
+    (`mechlab.engines.mujoco.springs`) and drives that hold, runs of a thread share one MjData for a mechanism and its settings, and
+    each keeps its state. Raises MechlabError for bad input.
     """
 
     def __init__(self, mechanism: Mechanism, scene: Scene, settings: Settings, between: float) -> None:
@@ -62,17 +64,23 @@ class Steps:
         self.each = max(1, round(between / settings.timestep))
         self.timestep = between / self.each
         self.price = MUJOCO.of(mechanism) * (4.0 if settings.integrator == "RK4" else 1.0)
-        if _constant(scene):
-            self.model, self.data, self.map = _kept(mechanism, settings, engaged(scene.laws), threading.get_ident())
+        springs = spring_dampers(mechanism, _called(scene), settings.integrator == "RK4")
+        constant: Array | None = None
+        if springs is not None:
+            thread = threading.get_ident()
+            self.model, self.data, self.map, constant = _kept(mechanism, settings, engaged(scene.laws), springs, thread)
             mujoco.mj_resetData(self.model, self.data)
         else:
             self.model, self.data, self.map = run_model(mechanism, settings, engaged(scene.laws))
-        # nobody reads them, and a chart shows the cost of stepping alone
-        self.model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_SENSOR
         put_start(self.data, self.map, *initial_state(mechanism, scene))
-        self._laws = _driven(mechanism, scene, self.model, self.data, self.map, sampling=False)
-        # laws in Python read the dense rows in the middle of a step
-        self._sparse = _constant(scene) and sparse_is_right(self.model, self.data)
+        self._laws: Callable[[], AbstractContextManager[None]] = engine
+        dense = False
+        if constant is not None:
+            self.data.qfrc_applied[:] = constant
+        else:
+            driver = Driver(mechanism, scene.laws, MujocoPlant(mechanism, self.model, self.data, self.map))
+            self._laws, dense = lambda: controlled(self.data, driver.push), driver.reads_rows
+        self._sparse = not dense and sparse_is_right(self.model, self.data)
         self._state = np.empty(mujoco.mj_stateSize(self.model, INTEGRATION_STATE))
         mujoco.mj_getState(self.model, self.data, self._state, INTEGRATION_STATE)
 
@@ -96,9 +104,12 @@ def trace(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) 
 
 
 @lru_cache(maxsize=16)
-def _kept(mechanism: Mechanism, settings: Settings, held: tuple[Law, ...], thread: int) -> RunModel:
-    """`run_model`, made once for a thread."""
-    return run_model(mechanism, settings, held)
+def _kept(
+    mechanism: Mechanism, settings: Settings, held: tuple[Law, ...], springs: tuple[SpringDamper, ...], thread: int
+) -> tuple[mujoco.MjModel, mujoco.MjData, MujocoMap, Array]:
+    """`run_model` with springs and dampers in it, and their constant force; made once for a thread."""
+    model, data, map_ = run_model(mechanism, settings, held)
+    return model, data, map_, put_springs(map_, springs)
 
 
 def _constant(scene: Scene) -> bool:
@@ -113,7 +124,7 @@ def _called(scene: Scene) -> tuple[Law, ...]:
 
 
 def _driven(
-    mechanism: Mechanism, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData, map_: MujocoMap, sampling: bool
+    mechanism: Mechanism, scene: Scene, model: mujoco.MjModel, data: mujoco.MjData, map_: MujocoMap
 ) -> Callable[[], AbstractContextManager[None]]:
     """The context in which the engine steps under the laws of a scene. Where all laws are constant their forces are set
     once and no callback runs at every stage."""
@@ -122,7 +133,7 @@ def _driven(
             data.qfrc_applied[map_.dof] += law.value * mechanism.row(law.on)  # type: ignore[attr-defined]
         return engine
     driver = Driver(mechanism, scene.laws, MujocoPlant(mechanism, model, data, map_))
-    driver.sampling = sampling
+    driver.sampling = True
     return lambda: controlled(data, driver.push)
 
 
@@ -151,7 +162,7 @@ def adaptive(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: in
 
     jacobian = _Linearised(model, data, price) if _constant(scene) else None
     # LSODA goes back and forth in time: nothing may be summed up over its evaluations
-    with _driven(mechanism, scene, model, data, map_, sampling=True)():
+    with _driven(mechanism, scene, model, data, map_)():
         began = time.thread_time()
         found = integrate_lsoda(f, np.concatenate([qpos, qvel]), times, settings.tolerance, jacobian)
         spent = time.thread_time() - began

@@ -9,9 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mechlab.engines.motions import TreeMotions
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics, integrate
+from mechlab.mechanism.closing import close_many
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.many_rows import ManyRows
 from mechlab.mechanism.structure import structure
 
 STRIDE = 0.1
@@ -19,6 +22,8 @@ STRIDE = 0.1
 
 SHORTEST = 1e-9
 CLOSED = 1e-13
+TOGETHER = 8
+"""Places from which on it pays to close them together."""
 SLOPE_LIMIT = 1e5
 """A joint that moves so much faster than the coordinate marks a limit position."""
 
@@ -70,6 +75,36 @@ class ClosedPath:
             self._phis.insert(k, here.phi)
             self._points.insert(k, here)
         return here
+
+    def at_all(self, phis: ArrayLike) -> list[PathPoint]:
+        """The path at many places (n,): those that are regular are closed together, the others one after the other."""
+        wanted = np.asarray(phis, dtype=float)
+        known = set(self._phis)
+        new = np.array([phi for phi in dict.fromkeys(wanted.tolist()) if phi not in known])
+        if len(new) >= TOGETHER:
+            self._prepare(new)
+        return [self.at(float(phi)) for phi in wanted]
+
+    def _prepare(self, phis: Array) -> None:
+        """Add the points of the path at phis (n,) that close and are regular, as `_point` asks for."""
+        m = self.mechanism
+        led = close_many(ManyRows(m, [self.coordinate]), self.start.q, [phis])
+        phis, q = phis[led.closed], led.q[led.closed]
+        if not len(phis):
+            return
+        found = TreeMotions(m).at(q, {self.coordinate: 1.0}, {self.coordinate: 0.0})
+        fine = found.solved & (np.max(np.abs(found.v), axis=1) <= SLOPE_LIMIT)
+        # as between the steps of `at`: rates do not jump from one place to the next
+        order = np.argsort(phis)
+        apart = np.max(np.abs(np.diff(found.v[order], axis=0)), axis=1, initial=0.0)
+        sizes = np.max(np.abs(found.v[order]), axis=1)
+        jumps = apart > 0.5 * np.minimum(sizes[:-1], sizes[1:]) + 0.5
+        if np.any(jumps):
+            return
+        for k in np.flatnonzero(fine).tolist():
+            place = bisect_left(self._phis, float(phis[k]))
+            self._phis.insert(place, float(phis[k]))
+            self._points.insert(place, PathPoint(float(phis[k]), q[k], found.v[k], found.a[k]))
 
     def _nearest(self, phi: float) -> PathPoint:
         k = bisect_left(self._phis, phi)

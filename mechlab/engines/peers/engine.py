@@ -8,7 +8,8 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from mechlab.engines.peers.job import job_of
+from mechlab.engines.peers.exudyn_planar import why_not_planar
+from mechlab.engines.peers.job import job_of, links_of
 from mechlab.engines.peers.process import PeerFailed, process
 from mechlab.engines.protocol import Engine
 from mechlab.errors import MechlabError, install_extra, unknown
@@ -64,7 +65,9 @@ CONTROLLED = {
 """Integrators that choose their own steps, to a tolerance; the others take fixed ones."""
 INTEGRATORS = {
     "exudyn": (
-        "generalized-alpha", "generalized-alpha, full Newton", "trapezoidal", "trapezoidal, full Newton", *OPEN_ONLY["exudyn"],
+        *(f"{rule}{bodies}{newton}" for rule in ("generalized-alpha", "trapezoidal") for bodies in ("", ", planar bodies")
+          for newton in ("", ", full Newton")),
+        *OPEN_ONLY["exudyn"],
     ),
     "drake": ("SAP", *OPEN_ONLY["drake"]),
     "opensim": CONTROLLED["opensim"],
@@ -114,6 +117,10 @@ def not_expressible(peer: str, integrator: str, mechanism: Mechanism, scene: Sce
         assert loop.kind in LOOP_ROWS
         if loop.kind not in LOOPS[peer]:
             return f"the {loop.kind} loop {loop.name} has no counterpart in {peer}"
+    if "planar bodies" in integrator:
+        why = why_not_planar(m, links_of(m))
+        if why:
+            return why
     if m.loops and integrator in OPEN_ONLY[peer]:
         return f"{peer} closes no loops with {integrator}"
     for law in scene.laws:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from mechlab.engines.peers.exudyn_planar import build, coordinates
 from mechlab.engines.peers.job import Job, Links, Pose
 from mechlab.experiment.recording import Trace
 from mechlab.mechanism.geometry import Array
@@ -19,6 +20,8 @@ from mechlab.mechanism.parts import Loop
 
 FULL_NEWTON = ", full Newton"
 """Ending of an integrator's name: the Jacobian is computed anew at every iteration; without it Exudyn's default, modified Newton."""
+PLANAR = ", planar bodies"
+"""Ending of an integrator's name, before that of the Newton method: see `exudyn_planar`."""
 IMPLICIT = {"generalized-alpha": 0.9, "trapezoidal": 1.0}
 """Integrator -> spectral radius at infinity. With 1 and Newmark's formulas it is the trapezoidal rule of index 2."""
 ADAPTIVE = ("DOPRI5",)
@@ -38,14 +41,15 @@ def run(job: Job) -> Trace:
 
     container, system, sensors = _build(exu, job)  # the container must outlive the run
     settings = _settings(exu, job)
+    rule = _rule(job)
     if job.integrator in ADAPTIVE:
         return _between_outputs(exu, system, settings, job)
-    implicit = job.integrator.removesuffix(FULL_NEWTON) in IMPLICIT
-    solver = exu.MainSolverImplicitSecondOrder() if implicit else exu.MainSolverExplicit()
+    solver = exu.MainSolverImplicitSecondOrder() if rule in IMPLICIT else exu.MainSolverExplicit()
     solver.InitializeSolver(system, settings)
     spent, reason = _steps(solver, system, settings)
-    q, v = (_stored(system, s, job) for s in sensors)
-    n = min(len(q), len(v))
+    found = [_stored(system, s) for s in sensors]
+    n = min(len(x) for x in found)
+    q, v = found if PLANAR not in job.integrator else coordinates(job, *_by_body([x[:n] for x in found]))
     if not reason and n != job.outputs + 1:
         reason = f"it wrote {n} of {job.outputs + 1} outputs"
     return Trace(q[:n], v[:n], spent, (n - 1) * job.each, reason)
@@ -67,14 +71,24 @@ def _settings(exu: Any, job: Job) -> Any:
         return settings
     how.numberOfSteps = job.outputs * job.each
     how.automaticStepSize = how.adaptiveStep = False  # outputs must be ends of steps
-    rule = job.integrator.removesuffix(FULL_NEWTON)
+    rule = _rule(job)
     if rule in IMPLICIT:
         how.generalizedAlpha.spectralRadius = IMPLICIT[rule]
         how.generalizedAlpha.useIndex2Constraints = how.generalizedAlpha.useNewmark = rule == "trapezoidal"
-        how.newton.useModifiedNewton = rule == job.integrator
+        how.newton.useModifiedNewton = not job.integrator.endswith(FULL_NEWTON)
     else:
         how.solverType = getattr(exu.DynamicSolverType, job.integrator)
     return settings
+
+
+def _rule(job: Job) -> str:
+    """The integrator without what is said of bodies and Newton's method."""
+    return job.integrator.removesuffix(FULL_NEWTON).removesuffix(PLANAR)
+
+
+def _by_body(found: list[Array]) -> tuple[Array, Array]:
+    """Coordinates and rates (n, bodies, 3) from the sensors, which alternate."""
+    return np.stack(found[0::2], axis=1), np.stack(found[1::2], axis=1)
 
 
 def _steps(solver: Any, system: Any, settings: Any) -> tuple[float, str]:
@@ -114,11 +128,9 @@ def _between_outputs(exu: Any, system: Any, settings: Any, job: Job) -> Trace:
     return Trace(np.array(qs), np.array(vs), spent, len(qs) - 1, reason)
 
 
-def _stored(system: Any, sensor: int, job: Job) -> Array:
-    data = np.atleast_2d(np.array(system.GetSensorStoredData(sensor)))[:, 1:]
-    if not data.size:
-        return np.zeros((0, job.mechanism.nv))
-    return data
+def _stored(system: Any, sensor: int) -> Array:
+    data = np.atleast_2d(np.array(system.GetSensorStoredData(sensor)))
+    return data[:, 1:] if data.size else np.zeros((0, 3))
 
 
 def _build(exu: Any, job: Job) -> tuple[Any, Any, list[Any]]:
@@ -128,6 +140,8 @@ def _build(exu: Any, job: Job) -> tuple[Any, Any, list[Any]]:
     links = job.links
     container = exu.SystemContainer()
     system = container.AddSystem()
+    if PLANAR in job.integrator:
+        return container, system, build(exu, item, system, job)
     node = system.AddNode(
         item.NodeGenericODE2(
             referenceCoordinates=[0.0] * m.nv, initialCoordinates=job.q.tolist(), initialCoordinates_t=job.v.tolist(),

@@ -39,9 +39,8 @@ class Closer:
         residual, jacobian, _ = self.constraints.evaluate()
         if not self.names:
             return residual, jacobian
-        items = self.quantities.items
-        off = [self.quantities.difference(i, x) for i, x in zip(items, targets, strict=True)]
-        return np.concatenate([residual, *off]), np.concatenate([jacobian, self.quantities.jacobian()])
+        off = self.quantities.differences(targets)
+        return np.concatenate([residual, off]), np.concatenate([jacobian, self.quantities.jacobian()])
 
     def start(self, q: Array) -> Array:
         """The coordinates in which the equations are solved: q (nq,) itself."""

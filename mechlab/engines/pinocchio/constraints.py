@@ -23,6 +23,11 @@ from mechlab.mechanism.parts import Loop
 
 Indices = NDArray[np.int_]
 _NEXT = np.array([1, 2, 0])
+_MATRIX = np.zeros((6, 16))
+"""(v, w) @ _MATRIX: the matrix of a twist by rows, [w x, v; 0, 0]."""
+_MATRIX[[0, 1, 2], [3, 7, 11]] = 1.0
+_MATRIX[[3, 4, 5], [9, 2, 4]] = 1.0
+_MATRIX[[3, 4, 5], [6, 8, 1]] = -1.0
 
 
 class PinConstraints:
@@ -32,7 +37,12 @@ class PinConstraints:
         m = kin.mechanism
         self.kin = kin
         self._pose = -1
-        self._seen: tuple[Array, Array, Array] = (np.zeros(0), np.zeros((0, 6)), np.zeros((0, 3)))
+        self._seen: tuple[Array, Array, Array, Array] = (
+            np.zeros(0),
+            np.zeros((0, 6)),
+            np.zeros((7, 0, 3)),
+            np.zeros((0, 4, 4)),
+        )
         names = ConstraintSet(m)
         self.rows, self.slices = names.rows, names.slices
         self.loops = m.loops
@@ -59,7 +69,7 @@ class PinConstraints:
         self._place = np.array([place[j] for j in (*self._a, *self._b)], dtype=int)
         self._joints = joints
         k = self.loop_of_row
-        self._sides = np.concatenate([kin.support[self._a[k]], kin.support[self._b[k]]])
+        self._sides = np.concatenate([kin.support[self._a], kin.support[self._b]])
         self._picked = _picked([r for _, r in rows], k, len(m.loops))
         moved = np.ones(len(rows))
         moved[self.angle] = 0.0
@@ -84,7 +94,7 @@ class PinConstraints:
         kin = self.kin
         if not len(self.loop_of_row):
             return self._relation_q @ kin.q, self.relations, np.zeros((0, 6))
-        residual, lines, _ = self._look()
+        residual, lines, _, _ = self._look()
         jacobian = self.selection * (lines @ kin.spatial)
         if len(self.relations):
             return (
@@ -94,11 +104,12 @@ class PinConstraints:
             )
         return residual, jacobian, lines
 
-    def _look(self) -> tuple[Array, Array, Array]:
-        """Residual (rows,) and lines W (rows, 6) of the loop rows, and their directions (2 rows, 3): u of each row, then
-        the vector it is held against, p_b of offset rows and w of angle rows; once for each pose."""
+    def _look(self) -> tuple[Array, Array, Array, Array]:
+        """Residual (rows,) and lines W (rows, 6) of the loop rows, the vectors (7, rows, 3) that `_picked` takes from the frames, and
+        the frames (2 loops, 4, 4); once for each pose."""
         if self._pose != self.kin.pose_count:
-            self._seen = self._lines(self._frames())
+            frames = self._frames()
+            self._seen = (*self._lines(frames), frames)
             self._pose = self.kin.pose_count
         return self._seen
 
@@ -106,7 +117,7 @@ class PinConstraints:
         parts: Array = np.take(frames, self._picked)
         u, held, start, u1, u2, held1, held2 = (parts[i] for i in range(7))
         d = held - start
-        residual = (u * d).sum(axis=1)
+        residual = np.add.reduce(u * d, axis=1)
         lines = np.empty((len(u), 6))
         lines[:, :3] = u * self._moved
         lines[:, 3:] = held1 * u2 - held2 * u1
@@ -116,8 +127,7 @@ class PinConstraints:
             residual[i] = ((d[i] * d[i]).sum(axis=1) / self._lengths - self._lengths) / 2.0
             lines[i, :3] = u[i]
             lines[i, 3:] = _cross(held[i], u[i])
-        directions: Array = parts[:2].reshape(-1, 3)
-        return residual, lines, directions
+        return residual, lines, parts
 
     def residual(self) -> Array:
         """(rows,) r(q)."""
@@ -133,23 +143,24 @@ class PinConstraints:
         kin = self.kin
         if kin.still or not len(self.loop_of_row):
             return out
-        _, lines, directions = self._look()
-        n = len(lines)
-        twists = self._sides @ (kin.spatial * kin.v).T
-        relative = self.selection @ (kin.spatial_rate * kin.v).T
-        moving = twists[n:] - twists[:n]
-        rates = _cross(twists[:, 3:], directions)
-        rates[n:] += self._moved * twists[n:, :3]
+        _, lines, parts, frames = self._look()
+        n, loops = len(lines), len(self.loops)
+        twists = self._sides.dot((kin.spatial * kin.v).T)
+        relative = self.selection.dot((kin.spatial_rate * kin.v).T)
+        # a frame F moves by F' = W F, W the twist of its body as a matrix
+        rates: Array = np.take(twists.dot(_MATRIX).reshape(-1, 4, 4) @ frames, self._picked)
+        u, held, _, u1, u2, held1, held2 = parts
+        du, d_held, d_start, du1, du2, d_held1, d_held2 = rates
+        line_rates = np.empty_like(lines)
+        np.multiply(du, self._moved, line_rates[:, :3])
+        line_rates[:, 3:] = d_held1 * u2 + held1 * du2 - d_held2 * u1 - held2 * du1
         if len(self.length):
             i = self.length
-            k = self.loop_of_row[i]
-            pa = self.frames()[0][k, :3, 3]
-            rates[i] = (rates[n + i] - twists[i, :3] - _cross(twists[i, 3:], pa)) / self._lengths[:, None]
-        turned = _cross(np.concatenate([rates[n:], directions[n:]]), np.concatenate([directions[:n], rates[:n]]))
-        line_rates = np.empty_like(lines)
-        line_rates[:, :3] = self._moved * rates[:n]
-        line_rates[:, 3:] = turned[:n] + turned[n:]
-        out[:n] = (lines * relative + line_rates * moving).sum(axis=1)
+            du = (d_held[i] - d_start[i]) / self._lengths[:, None]
+            line_rates[i, :3] = du
+            line_rates[i, 3:] = _cross(d_held[i], u[i]) + _cross(held[i], du)
+        moving = (twists[loops:] - twists[:loops]).take(self.loop_of_row, axis=0)
+        np.add.reduce(lines * relative + line_rates * moving, axis=1, out=out[:n])
         return out
 
 

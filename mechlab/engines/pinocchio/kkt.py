@@ -62,9 +62,9 @@ class Factors:
 
     def accelerations(self, force: Array, bias: Array) -> tuple[Array, Array]:
         """(nv,) accelerations and (rows,) reactions from force = tau - h (nv,) and bias b (rows,)."""
-        half = self.root @ force
-        r = self.reactions(-bias - self.y.T @ half)
-        return self.root.T @ (half + self.y @ r), r
+        half = self.root.dot(force)
+        r = self.reactions(-bias - self.y.T.dot(half))
+        return self.root.T.dot(half + self.y.dot(r)), r
 
     def correction(self, residual: Array) -> Array:
         """(nv,) smallest change dv, measured by the kinetic energy, with J dv = -residual."""
@@ -82,17 +82,18 @@ def factor(mass: Array, jacobian: Array, most: int | None = None) -> Factors | N
     rows = len(jacobian)
     if not rows:
         return Factors(root, np.zeros((len(mass), 0)), np.zeros(0), None, None, None, 0)
-    y = root @ jacobian.T
-    delassus = y.T @ y
+    y = root.dot(jacobian.T)
+    delassus = y.T.dot(y)
     size = np.sqrt(delassus.diagonal())
-    least = 1e-12 * size.max()
-    empty = bool(size.min() <= least)
+    sizes = size.tolist()
+    least = 1e-12 * max(sizes)
+    empty = min(sizes) <= least
     scale = np.where(size <= least, np.inf, size) if empty else size
     # A void row gets the size infinity: zeros in the scaled matrix, and a reaction of zero.
     scaled = delassus / (scale[:, None] * scale)
     scaled.ravel()[:: rows + 1] = 1.0
     small, info = lapack().dpotrf(scaled, lower=1)
-    if most is None and info == 0 and small.diagonal().min() > PIVOT:
+    if most is None and info == 0 and min(small.diagonal().tolist()) > PIVOT:
         return Factors(root, y, scale, small, None, None, rows - int(np.isinf(scale).sum()) if empty else rows)
     if most is not None:
         scale = np.maximum(size, SMALL * size.max())

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -60,6 +61,7 @@ class Quantities:
         m = kin.mechanism
         self._columns = m.q_columns
         self._zero = {i.name: m.zero(i.name) for i in self.items if i.frame is None}
+        self._zeros = np.array([self._zero[i.name] for i in self.items if i.frame is None])
         self._plain = all(i.frame is None for i in self.items)
         self._rows = np.array([m.row(i.name) for i in self.items if i.frame is None]).reshape(-1, m.nv)
 
@@ -86,6 +88,12 @@ class Quantities:
         if item.part == ROTATION:
             return rotation_log(np.asarray(value) @ np.asarray(target, dtype=float).T)
         return np.array([float(value) - float(target)])  # type: ignore[arg-type]
+
+    def differences(self, targets: Sequence[Any]) -> Array:
+        """(total rows,) `difference` of all quantities, in order."""
+        if self._plain:
+            return np.asarray(self._rows @ self.kin.q[self._columns] + np.subtract(self._zeros, targets))
+        return np.concatenate([self.difference(i, x) for i, x in zip(self.items, targets, strict=True)])
 
     def jacobian(self) -> Array:
         """(total rows, nv) of all quantities, in order."""

@@ -63,13 +63,14 @@ class CompiledLaws:
         formulas: list[tuple[Law, Formula]] = []
         controllers: list[Any] = []
         for law in laws:
-            found = _formulas(law)
+            found = formulas_of(law)
             if found is not None:
                 formulas += [(law, f) for f in found]
             elif callable(getattr(law, "commanded", None)):
                 controllers.append(law)
             else:
                 self._others.append(law)
+        self._blind = not (formulas or controllers)  # nobody reads z
         rates = [(law, f) for law in self.states.laws if (f := _state_rate(law)) is not None]
         self._all_rates = len(rates) == len(self.states.laws)
         used = [a for _, f in formulas for a in f.arguments]
@@ -141,6 +142,8 @@ class CompiledLaws:
 
     def put(self, t: float, q: Array, v: Array) -> None:
         """Take the state at which `forces`, `generalised` and `state_rates` are asked for next."""
+        if self._blind:
+            return
         self._basis.values(t, self._time)
         self._q[:] = q
         self._v[:] = v
@@ -155,7 +158,7 @@ class CompiledLaws:
         if self.affine:
             both = self._both.dot(self._z)
             return both[self._nv :], both[: self._nv]
-        y = self._rows.dot(self._z)
+        y = np.zeros(self._count) if self._blind else self._rows.dot(self._z)
         out: Array = y[: self._count]
         if self._shaped:
             numbers = y.tolist()
@@ -193,8 +196,8 @@ class CompiledLaws:
         return self.states.rate(t, plant, self._state)
 
 
-def _formulas(law: Law) -> tuple[Formula, ...] | None:
-    """The formulas of a law, or None where it has none."""
+def formulas_of(law: Law) -> tuple[Formula, ...] | None:
+    """The formulas of a law; None where it has none, or a force of its own."""
     found = getattr(law, "formulas", None)
     if not callable(found) or _owner(law, "force") != _owner(law, "formulas"):
         return None  # a class that was derived from a law may have another force

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -100,16 +99,8 @@ class ComputedTorque:
         return dict(zip(self.drives, forces.tolist(), strict=True))
 
     def inverse(self, mechanism: Mechanism) -> InverseDynamics:
-        """The inverse dynamics of the commands by the drives; that of the last mechanism is kept."""
-        kept = self._kept.get("inverse")
-        if kept is None or kept[0] is not mechanism:
-            rows = np.array([mechanism.row(name) for name, _ in self.commands])
-            kept = self._kept["inverse"] = (mechanism, _inverse(mechanism, rows, self.drives))
-        return kept[1]
-
-    @cached_property
-    def _kept(self) -> dict[str, tuple[Mechanism, InverseDynamics]]:
-        return {}
+        """The inverse dynamics of the commands by the drives, for one run: it keeps its choice of rows, which moves the last digits."""
+        return _inverse(mechanism, np.array([mechanism.row(name) for name, _ in self.commands]), self.drives)
 
 
 def drive_forces(plant: Plant, rows: Array, accelerations: Array, drives: tuple[str, ...]) -> Array:

@@ -12,6 +12,9 @@ B rows of the drives. Which rows and unit rows are taken is decided once and kep
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+
 import numpy as np
 from scipy.linalg import qr
 from scipy.linalg.lapack import dgesv
@@ -24,6 +27,8 @@ RANK = 1e-9
 """Pivots below this share of the largest are taken for zero; rows of constraints are of size 1 or of a length in m."""
 AGREE = 1e-10
 """Relative residual up to which rows that were left out agree with those that were taken: rounding is 1e-13."""
+FALLEN = 1e-3
+"""Share of the first determinant above which no pivot is looked at."""
 TRIES = 10
 """After so many failures in a row the least-squares solution is taken for the rest of the run."""
 
@@ -39,6 +44,7 @@ class InverseDynamics:
         self.rows = np.asarray(rows, dtype=float)
         self.actuation = np.array([mechanism.row(name) for name in drives]).reshape(-1, mechanism.nv)
         self._choice: _Choice | None = None
+        self._seen: _Questions | None = None
         self._failed = 0
 
     def __call__(self, plant: Plant, accelerations: Array) -> Array:
@@ -48,21 +54,22 @@ class InverseDynamics:
         solution: the acceleration of least size, and the forces nearest to what it needs. For a state that is not finite the
         forces are NaN, which ends the run as blown up.
         """
-        rows = getattr(plant, "constraint_rows", None)
-        jacobian, bias = (plant.jacobian(), plant.constraint_bias()) if rows is None else rows()
+        seen = self._seen
+        if seen is None or seen.plant is not plant:
+            seen = self._seen = _Questions(plant)
+        jacobian, bias = seen.rows()
+        choice = self._choice
+        if choice is not None and choice.count == len(jacobian):
+            forces = choice.solve(seen, jacobian, bias, accelerations)
+            if forces is not None:
+                return forces
         if self._failed <= TRIES:
-            for _ in range(2):
-                choice = self._choice
-                if choice is None or choice.count != len(jacobian):
-                    choice = self._choice = _choose(jacobian, self.rows)
-                    if choice is None:
-                        break
-                forces = choice.solve(plant, jacobian, bias, accelerations, self.actuation)
-                if forces is not None:
-                    self._failed = 0
-                    return forces
-                self._choice = None  # other rows may do at this state
-            self._failed += 1
+            choice = self._choice = _choose(jacobian, self.rows, self.actuation)
+            forces = None if choice is None else choice.solve(seen, jacobian, bias, accelerations)
+            if forces is not None:
+                self._failed = 0
+                return forces
+            self._choice, self._failed = None, self._failed + 1
         return self._least_squares(plant, jacobian, bias, accelerations)
 
     def _least_squares(self, plant: Plant, jacobian: Array, bias: Array, accelerations: Array) -> Array:
@@ -78,14 +85,30 @@ class InverseDynamics:
         return np.asarray(solution[:count])
 
 
-class _Choice:
-    """Which of `count` constraint rows are taken, and the matrix S with its constant rows; `loose`: e; `size` of its pivots."""
+class _Questions:
+    """What a plant answers: J and b, M x, h."""
 
-    def __init__(self, count: int, taken: Array, rows: Array, free: Array, size: float) -> None:
+    def __init__(self, plant: Plant) -> None:
+        self.plant, self.bias = plant, plant.bias
+        self.rows: Callable[[], tuple[Array, Array]] = getattr(plant, "constraint_rows", None) or self._rows
+        self.mass_times: Callable[[Array], Array] = getattr(plant, "mass_times", None) or self._mass_times
+
+    def _rows(self) -> tuple[Array, Array]:
+        return self.plant.jacobian(), self.plant.constraint_bias()
+
+    def _mass_times(self, x: Array) -> Array:
+        return self.plant.mass_matrix().dot(x)
+
+
+class _Choice:
+    """Which of `count` constraint rows are taken, and the matrix S with its constant rows; `loose`: e."""
+
+    def __init__(self, count: int, taken: Array, rows: Array, free: Array, actuation: Array) -> None:
         k, nv = rows.shape
         m = len(taken)
-        self.count, self.m, self.commanded, self.loose, self.size = count, m, slice(m, m + k), len(free), size
-        self.taken, self.whole = taken, m == count
+        self.count, self.m, self.commanded, self.loose = count, m, slice(m, m + k), len(free)
+        self.determinants: list[float | None] = [None, None]
+        self.taken, self.whole, self.actuation = taken, m == count, actuation
         self.left = np.setdiff1d(np.arange(count), taken)
         self.matrix = np.zeros((nv, nv), order="F")
         self.matrix[self.commanded] = rows
@@ -93,13 +116,10 @@ class _Choice:
         self.right = np.zeros((nv, 1 + nv - m), order="F")
         self.right[m:, 1:] = np.eye(nv - m)
 
-    def solve(self, plant: Plant, jacobian: Array, bias: Array, commands: Array, actuation: Array) -> Array | None:
+    def solve(self, plant: _Questions, jacobian: Array, bias: Array, commands: Array) -> Array | None:
         """(k,) forces; None where the choice does not fit the state."""
-        m, matrix, right = (
-            self.m,
-            self.matrix.copy(order="F"),
-            self.right.copy(order="F"),
-        )  # runs in threads share a law
+        m, actuation = self.m, self.actuation
+        matrix, right = self.matrix.copy("F"), self.right.copy("F")  # runs in threads share a law
         if self.whole:
             matrix[:m] = jacobian
             np.negative(bias, right[:m, 0])
@@ -108,26 +128,31 @@ class _Choice:
             np.negative(bias[self.taken], right[:m, 0])
         right[self.commanded, 0] = commands
         factors, _, solution, info = dgesv(matrix, right, overwrite_a=True, overwrite_b=True)
-        if info or not min(map(abs, factors.diagonal().tolist())) > RANK * self.size:
+        if info or not self._regular(0, factors):
             return None
-        a, free = solution[:, 0], solution[:, 1:]
+        free = solution[:, 1:]
         if not self.whole and not self._agrees(jacobian[self.left], bias[self.left], solution):
             return None
-        k, system, times = (
-            len(actuation),
-            actuation.dot(free).T,
-            getattr(plant, "mass_times", None) or plant.mass_matrix().dot,
-        )
-        needed = times(a)
+        system, needed = actuation.dot(free).T, plant.mass_times(solution[:, 0])
         needed += plant.bias()
         if self.loose:
-            moved = np.array([times(direction) for direction in free.T[k:]])
+            moved = np.array([plant.mass_times(direction) for direction in free.T[len(actuation) :]])
             system = np.hstack([system, -moved.dot(free).T])
         factors, _, forces, info = dgesv(system, free.T.dot(needed))
-        pivots = [abs(x) for x in factors.diagonal().tolist()]
-        if info or not min(pivots) > RANK * max(pivots):
+        if info or not self._regular(1, factors):
             return None
-        return forces if len(forces) == k else forces[:k]
+        return forces[: len(actuation)] if self.loose else forces
+
+    def _regular(self, which: int, factors: Array) -> bool:
+        """Whether no pivot of one of the two factorisations is near zero, now or since the determinant was looked at."""
+        pivots = factors.diagonal().tolist()
+        determinant, first = math.prod(pivots), self.determinants[which]
+        if first is None:
+            self.determinants[which] = determinant
+        elif abs(determinant) > FALLEN * abs(first):
+            return True
+        sizes = [abs(x) for x in pivots]
+        return min(sizes) > RANK * max(sizes)
 
     def _agrees(self, rows: Array, bias: Array, solution: Array) -> bool:
         """Whether the rows that were left out are met by the accelerations and held by the free directions."""
@@ -137,7 +162,7 @@ class _Choice:
         return bool((np.abs(gap).max(axis=0) <= AGREE * size).all())
 
 
-def _choose(jacobian: Array, rows: Array) -> _Choice | None:
+def _choose(jacobian: Array, rows: Array, actuation: Array) -> _Choice | None:
     """Independent constraint rows, and unit rows for what they and the commanded rows leave free; None where there are none."""
     if not (np.isfinite(jacobian).all() and rows.size):
         return None
@@ -153,4 +178,5 @@ def _choose(jacobian: Array, rows: Array) -> _Choice | None:
     size = np.abs(triangle.diagonal())
     if not size.min() > RANK * size.max():
         return None  # a command repeats another, or what the constraints fix already
-    return _Choice(len(jacobian), taken, rows, np.sort(order[len(stacked) :]), float(size.max()))
+    free = np.sort(order[len(stacked) :])
+    return _Choice(len(jacobian), taken, rows, free, actuation)

@@ -34,6 +34,8 @@ from mechlab.lab.problem_settings import other_softness
 from mechlab.mechanism import Mechanism
 
 OUTPUTS = 400
+SAMPLED = 1.5
+"""Where every second sample leaves this many times more energy unaccounted for, what is unaccounted for is work between samples."""
 CAPTURES, SHORTER = 3, 0.4
 """How often held rates are captured in less time, where that time is most of the error, and the share of the target that their
 next error, which is of first order in it, shall be."""
@@ -192,18 +194,32 @@ def _with_health(made: Recording, scene: Scene, result: Solution) -> Recording:
         force = channels.get(f"{name}_force", np.zeros(len(t)))
         power += force * channels[f"{name}_rate"]
         done += force * (channels[name] - channels[name][0])
-    constant = result.motion is not None
-    balance = (
-        energy_finding(mechanism, t, q, v, power, done)
-        if constant
-        else energy_finding(mechanism, t, q, v, power - dissipation(mechanism, q, v), laws=scene.laws)
-    )
+    if result.motion is not None:
+        balance = energy_finding(mechanism, t, q, v, power, done)
+    else:
+        net = power - dissipation(mechanism, q, v)
+        balance = energy_finding(mechanism, t, q, v, net, laws=scene.laws)
+        if balance.severity == "error":
+            fewer = energy_finding(mechanism, t[::2], q[::2], v[::2], net[::2], laws=scene.laws)
+            balance = _between_samples(balance, fewer)
     found = [*solution_findings(result), *kinematic_findings(mechanism, q, v, keep_mode=scene.keep_mode), balance]
     beyond = unstopped_finding(mechanism, q) if result.settings.engine != "mujoco" else None
     found += [] if beyond is None else [beyond]
     versions = {"numpy": np.__version__, "scipy": scipy.__version__, "python": platform.python_version()}
     cost = Cost(result.cpu_s, len(result.t) - 1, result.evaluations)
     return replace(made, health=Health(tuple(found)), cost=cost, versions=versions)
+
+
+def _between_samples(balance: Finding, fewer: Finding) -> Finding:
+    """The energy balance; a warning alone where it hangs on the distance of the samples, as every second of them shows: forces that
+    come and go between samples do work that these do not see, and the error of the states says how right the motion is."""
+    if fewer.value < SAMPLED * balance.value:
+        return balance
+    text = (
+        f"energy balance: the samples do not resolve the work of forces that come and go between them: {balance.value:.2g} of the turnover "
+        f"is unaccounted for with all of them, {fewer.value:.2g} with every second"
+    )
+    return replace(balance, severity="warning", sentence=text)
 
 
 def with_estimate(recording: Recording, result: Solution, difference: float) -> Recording:

@@ -15,7 +15,7 @@ from scipy.interpolate import BPoly
 
 from mechlab.engines.protocol import available, engine
 from mechlab.experiment.laws import applied_force
-from mechlab.experiment.recording import over_samples
+from mechlab.experiment.laws.compiled import CompiledLaws
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.tree_plant import TreePlant
 from mechlab.mechanism import Mechanism
@@ -37,23 +37,34 @@ OF_VALUES_AND_RATES = frozenset(
 
 @dataclass(frozen=True)
 class DenseStates:
-    """q (n, nq), v (n, nv) at n times, and the same from every second node (`fewer_q`, `fewer_v`)."""
+    """q (n, nq), v (n, nv) at n times; near_q, near_v: moved by what interpolation and closing may have changed: BETWEEN of the
+    change when every second node is left out, and all that closing them has moved."""
 
     q: Array
     v: Array
-    fewer_q: Array
-    fewer_v: Array
+    near_q: Array
+    near_v: Array
 
 
 def law_forces(m: Mechanism, scene: Scene, t: Array, q: Array, v: Array) -> tuple[Array, dict[str, Array]]:
     """Of the laws, at states q (n, nq), v (n, nv) at times t (n,): generalised forces (n, nv), and joint or shaft -> (n,) force."""
     if not scene.laws:
         return np.zeros_like(v), {}
+    if all(law.kind == "constant" for law in scene.laws):
+        always, by_name = applied_force(m, scene.laws, 0.0, TreePlant(m))
+        return np.tile(always, (len(t), 1)), {name: np.full(len(t), x) for name, x in by_name.items()}
     # most laws see values and rates alone; those that ask for the dynamics get it ten times faster from Pinocchio
     simple = all(law.kind in OF_VALUES_AND_RATES for law in scene.laws)
     plant = TreePlant(m) if simple or available("pinocchio") else engine("pinocchio").plant(m)
-    made = [applied_force(m, scene.laws, x, plant.set(q[k], v[k], x)) for k, x in enumerate(t.tolist())]
-    return np.array([x for x, _ in made]), over_samples([x for _, x in made])
+    laws = CompiledLaws(m, scene.laws)
+    made = []
+    for k, x in enumerate(t.tolist()):
+        laws.put(x, q[k], v[k])
+        made.append(laws.forces(x, plant.set(q[k], v[k], x)))
+    forces = np.zeros((len(t), len(laws.targets)))
+    for row, (x, _) in zip(forces, made, strict=True):
+        row[: len(x)] = x  # a law may have come to another joint later on
+    return np.array([x for _, x in made]), dict(zip(laws.targets, forces.T, strict=True))
 
 
 def accelerations(m: Mechanism, q: Array, v: Array, forces: Array) -> Array:
@@ -75,7 +86,9 @@ def dense_states(m: Mechanism, scene: Scene, nodes: Array, q: Array, v: Array, t
     poses, rates = np.stack([q, v, a], axis=1), np.stack([v, a], axis=1)
     # not the slope of the quintic, in which the errors of two positions appear divided by the step
     every, second = ([BPoly.from_derivatives(nodes[::k], x[::k])(t) for x in (poses, rates)] for k in (1, 2))
-    return DenseStates(*_closed(m, *every), *_closed(m, *second))
+    closed, fewer = _closed(m, *every), _closed(m, *second)
+    near = (x + BETWEEN * (less - x) + (as_is - x) for x, less, as_is in zip(closed, fewer, every, strict=True))
+    return DenseStates(*closed, *near)
 
 
 def with_difference(dense: DenseStates, nodes: Array, dq: Array, dv: Array, t: Array) -> tuple[Array, Array]:

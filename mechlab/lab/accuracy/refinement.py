@@ -17,10 +17,10 @@ from mechlab.experiment.held_rates import captured
 from mechlab.experiment.recording import Trace
 from mechlab.experiment.scene import Settings
 from mechlab.integrate import OutOfWork, work_done, work_limit
-from mechlab.lab.accuracy.dense import BETWEEN, DenseStates, dense_states, meets_range, with_difference
+from mechlab.lab.accuracy.dense import DenseStates, dense_states, meets_range, with_difference
 from mechlab.lab.accuracy.measure import ErrorMeasure, change, largest
 from mechlab.lab.accuracy.result import NeighbourMotion
-from mechlab.lab.accuracy.rules import EPSILON, EXTRAPOLATED, LOOPS_ORDER, RULES, MethodRule
+from mechlab.lab.accuracy.rules import EPSILON, EXTRAPOLATED, LOOPS_HOPED, LOOPS_ORDER, RULES, MethodRule
 from mechlab.lab.methods import Method, Problem, has_kinks
 from mechlab.mechanism.geometry import Array
 
@@ -28,6 +28,11 @@ TOO_FAST = 2.0
 """A change that falls this many times faster than in theory does so by chance: then it is the estimate itself."""
 CAPTURE_SHARE = 0.5
 """Share of their capture time with which held rates are run again, to see what that time does."""
+TOLERANCE_SHARE = 2.0
+"""Error of a channel over its change between a tolerance and a tenth of it, at most: LSODA's may fall by a third alone (flyball over
+0.5 s from 1e-8 to 1e-9)."""
+LONG_STEPS = 4.0
+"""Two runs with steps longer than the distance of the outputs may agree by chance: their change counts so many times."""
 KINK_RATIO = 16.0
 """With kinks in the motion the error is estimated as at least the change before the last over this ratio."""
 
@@ -85,7 +90,7 @@ class RefinedMethod:
         tracked = self.measure(t, d.q, d.v)
         if meets_range(p.mechanism, d.q):
             return math.inf
-        return change(tracked, self.tracked[-1]) + BETWEEN * largest(self.measure(t, d.fewer_q, d.fewer_v) - tracked)
+        return largest(self.measure(t, d.near_q, d.near_v) - tracked)
 
     @property
     def states(self) -> tuple[Array, Array]:
@@ -139,8 +144,9 @@ class RefinedMethod:
         the first one possible meets it. Infinite where no further run can be made."""
         cost, growth = self.next_cost, 2.0 if self.rule.control == "step" else 1.6
         more = max(1, self._enough - len(self.tracked))
-        if math.isfinite(self.estimate) and self.estimate > 0.0 and self.rule.control == "step":
-            needed = math.log2(RULES.safety * self.estimate / self.target) / max(self._seen_order, 0.5)
+        last = change(self.tracked[-1], self.tracked[-2]) if len(self.tracked) > 1 else 0.0
+        if math.isfinite(self.estimate) and last > 0.0 and self.rule.control == "step":
+            needed = math.log2(RULES.safety * last / self.target) / max(self._seen_order, 0.5)
             more = max(more, math.ceil(min(needed, 30.0)))
         return cost * (growth**more - 1.0) / (growth - 1.0)
 
@@ -149,16 +155,16 @@ class RefinedMethod:
         """Number of runs that can give an estimate at best."""
         if self.rule.control == "tolerance":
             return 2 if self.rule.error_left[0] else RULES.runs
-        long = not self.values or self._outputs(self.values[-1]) < self.problem.outputs
-        return RULES.runs if self.rule.extrapolated or has_kinks(self.problem.scene) or long and self.longest > 1 else 2
+        return RULES.runs if self.rule.extrapolated or has_kinks(self.problem.scene) else 2
 
     @property
     def _seen_order(self) -> float:
         """The order that the last three runs show, at most the theoretical one, which counts before there are three."""
+        hoped = LOOPS_HOPED if self.rule.engine == "mujoco" and _rows(self.problem) else self._order
         if len(self.tracked) < 3:
-            return self._order
+            return hoped
         last, before = change(self.tracked[-1], self.tracked[-2]), change(self.tracked[-2], self.tracked[-3])
-        return min(self._order, math.log2(before / last)) if 0.0 < last < before else 0.5
+        return min(hoped, math.log2(before / last)) if 0.0 < last < before else 0.5
 
     def cost_given(self, others: Sequence[RefinedMethod]) -> float:
         """`cost_to_target`; before the first run at least that of the first run of another method with the same integrator,
@@ -234,12 +240,14 @@ class RefinedMethod:
             return
         last, error = change(self.tracked[-1], self.tracked[-2]), self.estimate + rounding
         share, settings = error / last if last > 0.0 else 1.0, self.method.settings(self.values[-2])
+        if self.rule.control == "tolerance":
+            share = max(share, TOLERANCE_SHARE)
         q, v = self.tables[-2][-1]
         if self.dense is not None:
             fine_q, fine_v = (x[:: (len(x) - 1) // (len(q) - 1)] for x in self.best)
             moved = with_difference(self.dense, self.nodes(len(q)), q - fine_q, v - fine_v, self.times)
             yield NeighbourMotion(RULES.safety * share, settings, *moved)
-            yield NeighbourMotion(BETWEEN, settings, self.dense.fewer_q, self.dense.fewer_v)
+            yield NeighbourMotion(1.0, settings, self.dense.near_q, self.dense.near_v)
             return
         yield NeighbourMotion(RULES.safety * share, settings, *self._at_outputs(q, v))
         if self.recaptured is None:
@@ -326,9 +334,10 @@ class RefinedMethod:
             self.estimate = last if len(self.tracked) >= enough else math.inf
             return
         if len(self.tracked) < RULES.runs:
-            # two runs of a method that does not extrapolate: the change itself, not a share of it; long steps may agree by chance
-            unsure = self.rule.extrapolated or has_kinks(self.problem.scene) or len(q) <= self.problem.outputs
-            self.estimate = math.inf if unsure else last
+            # two runs of a method that does not extrapolate: the change itself, not a share of it; more with long steps
+            unsure = self.rule.extrapolated or has_kinks(self.problem.scene)
+            long = len(q) <= self.problem.outputs
+            self.estimate = math.inf if unsure else LONG_STEPS * last if long else last
             return
         before = change(self.tracked[-2], self.tracked[-3])
         if has_kinks(self.problem.scene):

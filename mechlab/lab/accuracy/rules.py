@@ -105,8 +105,9 @@ METHOD_RULES: tuple[MethodRule, ...] = (
 """The methods; their prices (`mechlab.experiment.prices`) say what each is expected to cost. Where the energy quadrature applies
 it comes before all of them."""
 
-LOOPS_ORDER = 2.0
-"""Order of MuJoCo with loops or gears: their softness goes with the square of the step."""
+LOOPS_ORDER, LOOPS_HOPED = 1.0, 2.0
+"""Order of MuJoCo with loops or gears that is relied on, and the one that is expected of its next run: their softness goes with the
+square of the step, and so do positions in general; near singular positions, and in rates, the errors fall more slowly."""
 EXTRAPOLATED = 3.0
 """Largest order used for extrapolated runs, whose order rises from run to run."""
 EPSILON = 2.2e-16

@@ -152,7 +152,7 @@ def solve_by_refinement(
         f"there ({why}{stiff})"
     )
     size = float(np.max(np.abs(tracked), initial=1.0))
-    total = best.estimate + rounding + capture + filled
+    total = RULES.safety * (best.estimate + filled) + rounding + capture
     part = cause = ""
     if capture > max(best.estimate, rounding):
         part, cause = f"the capture of held rates {capture:.1g}", LIMITED_BY_CAPTURE
@@ -220,8 +220,8 @@ def _usable(one: RefinedMethod, freedoms: int) -> bool:
 
 
 def _check_by_other(best: RefinedMethod, others: list[RefinedMethod], t: Array, problem: Problem) -> MethodCheck | None:
-    """The check by another method with at least two runs: that of the smallest last change; None without one."""
-    others_run = [x for x in others if len(x.tracked) >= 2]
+    """The check by a method of another engine with at least two runs: that of the smallest last change; None without one."""
+    others_run = [x for x in others if len(x.tracked) >= 2 and x.rule.engine != best.rule.engine]
     if not others_run:
         return None
     other = min(others_run, key=lambda x: change(x.tracked[-1], x.tracked[-2]))

@@ -163,7 +163,7 @@ class Course:
         return found if set(names) <= set(found) else self.sample(phis).columns
 
     def _motion(self, phis: Array) -> tuple[list[PathPoint], Array, Array, Array]:
-        poses = [self.path.at(float(phi)) for phi in phis]
+        poses = self.path.at_all(phis)
         v = np.array([x.u * self.rate for x in poses])
         a = np.array([x.u * self.accel + x.du * self.rate**2 for x in poses])
         return poses, np.array([x.q for x in poses]), v, a
@@ -202,7 +202,7 @@ def run_cycle(
             f"{path.coordinate}_rate, or drive {named}."
         )
     phis, notes = _range(path, span, points)
-    poses = [path.at(float(phi)) for phi in phis]
+    poses = path.at_all(phis)
     aim = outputs(m, path.coordinate, poses, output)
     course = Course(path, rate, accel, load, aim)
     found = course.sample(phis)

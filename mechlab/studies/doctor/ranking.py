@@ -37,6 +37,7 @@ CONSEQUENCES = {
     "softer_than_it_could_be": "loops give way more than they need to.",
     "beyond_range": "the first steps are a kick; a policy or controller learns it.",
     "control_beyond_range": "a command can press the joint against its stop with the full force of the actuator.",
+    "still_masses": "the loop tears, or the run loses its energy, within some hundred steps.",
     "singular_reference": "a start at rest may go on in either way, decided by rounding.",
     "freedoms_differ": "one of the two counts misreads the file.",
     "curved_equality": "forces and accelerations of this coupling are off by its curvature times the speed squared.",

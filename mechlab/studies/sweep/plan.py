@@ -107,7 +107,7 @@ def plan(
     _refuse_idle(request, sorted(rest), starts)
     if count * len(request.quantities) > MOST_NUMBERS:
         raise _too_many(base.name, count, len(request.quantities))
-    return replace(request, block=block_size(request.method, count, _steps(request, chosen)))
+    return replace(request, block=block_size(request.method, count, _steps(request, chosen), request.backend))
 
 
 def _steps(request: SweepRequest, chosen: Design) -> float:

@@ -64,7 +64,7 @@ CLOSED_FORM, ANSWERS, ROLLOUT, RUNS = "closed form", "answers", "rollout", "runs
 METHODS = {
     CLOSED_FORM: "the closed form takes a block of points at once",
     ANSWERS: "one question for each point; an engine closes a block of them together",
-    ROLLOUT: "mujoco.rollout steps a block of motions in the engine",
+    ROLLOUT: "the engine steps a block of motions together",
     RUNS: "one run or check for each point",
 }
 """Methods of computation, with an explanation of each."""
@@ -189,11 +189,13 @@ BLOCK_STEPS = 4_000_000
 """Steps of all motions of a block of rollouts, some 10 to 100 s of work, unless a single motion takes more."""
 
 
-def block_size(method: str, count: int, steps: float = 1.0) -> int:
+def block_size(method: str, count: int, steps: float = 1.0, backend: str | None = None) -> int:
     """Number of points of a block. It depends on the request alone, so that blocks are the same for every scheduler.
 
-    steps: of each motion of a rollout.
+    steps: of each motion of a rollout. MuJoCo Warp wants as many motions at once as there are.
     """
+    if backend == "warp":
+        return max(1, min(BLOCK[CLOSED_FORM], int(10 * BLOCK_STEPS / steps)))
     if method == ROLLOUT:
         return max(1, min(max(count // ROLLOUTS, FEW_TOGETHER), BLOCK[method], int(BLOCK_STEPS / steps)))
     if method == CLOSED_FORM:

@@ -11,6 +11,7 @@ import numpy as np
 
 from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
+from mechlab.experiment.many_starts import many_initial_states
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings, initial_state
 from mechlab.lab.design import AUTO, Design
@@ -18,6 +19,7 @@ from mechlab.lab.problem_settings import settings_for
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.batch_tree import BatchTree
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.many_poses import ManyPoses
 from mechlab.studies.named.number import NamedNumber, reduced
 from mechlab.studies.sweep.request import UNTRUSTED, SweepBlock, SweepRequest
 
@@ -82,7 +84,7 @@ def _from_states(quantity: NamedNumber, design: Design, request: SweepRequest) -
     if quantity.name not in design.entry.channels:
         return False
     one = np.zeros((2, mechanism.nv))
-    states = _States(mechanism, mechanism.reference()[None] + one, one, [])
+    states = _States(mechanism, np.tile(mechanism.reference(), (2, 1)), one, [])
     bare = Recording(mechanism, np.arange(2.0), states.q, one, states)
     try:
         design.entry.channels[quantity.name][1](design.parameters, bare)
@@ -116,9 +118,12 @@ class _States(dict[str, Array]):
             points = {f"{f.name}_{a}": (k, i) for k, f in enumerate(m.frames) for i, a in enumerate("xyz")}
             if name not in points:
                 raise KeyError(name)
-            if not self._trees:
-                self._trees.append(BatchTree(m))
-            places = self._trees[0].frame_positions(self.q)
+            if any(j.nv != 1 for j in m.joints):
+                places = ManyPoses(m).set(self.q).frame_positions()
+            else:
+                if not self._trees:
+                    self._trees.append(BatchTree(m))
+                places = self._trees[0].frame_positions(self.q)
             self.update({n: places[:, k, i] for n, (k, i) in points.items()})
             return self[name]
         self[name] = np.asarray(found)
@@ -126,8 +131,7 @@ class _States(dict[str, Array]):
 
 
 def roll_block(request: SweepRequest, groups: Sequence[Group], out: SweepBlock, threads: int) -> list[Group]:
-    """Roll out the motions of the groups and put their numbers into the block. Returned are those to be run one by one: where the scene
-    cannot be rolled out, and where the balance of energy is not sure."""
+    """Roll out the motions of the groups and put their numbers into the block; the groups that cannot be rolled out are returned."""
     from mechlab.engines.mujoco.batch import why_not_together
 
     left: list[Group] = []
@@ -146,32 +150,25 @@ def roll_block(request: SweepRequest, groups: Sequence[Group], out: SweepBlock, 
         if not closed.any():
             continue
         values = {k: x[closed] for k, x in values.items()}
-        start = _Start(where[closed], design, in_scene, mechanism, scene, settings, q[closed], v[closed], values)
+        start = _Start(where[closed], in_scene, mechanism, scene, settings, q[closed], v[closed], values)
         waiting.setdefault((scene.duration, settings.timestep), []).append(start)
     for alike in waiting.values():
-        left += _roll(request, alike, out, threads)
+        _roll(request, alike, out, threads)
     return left
 
 
 @dataclass(frozen=True)
 class _Start:
-    """Points (n,) of one design that can start: q (n, nq), v (n, nv), other given values -> (n,). in_scene: the design with what the
-    scene changes in it."""
+    """Points (n,) of one design that can start: q (n, nq), v (n, nv), other given values -> (n,)."""
 
     where: np.ndarray
     design: Design
-    in_scene: Design
     mechanism: Mechanism
     scene: Scene
     settings: Settings
     q: Array
     v: Array
     values: Mapping[str, Array]
-
-    def at(self, s: Any) -> _Start:
-        """The points `s` of these."""
-        values = {k: x[s] for k, x in self.values.items()}
-        return replace(self, where=self.where[s], q=self.q[s], v=self.v[s], values=values)
 
     @property
     def motions(self) -> Motions:
@@ -184,29 +181,31 @@ class _Start:
     def portions(self, most: int) -> Iterator[_Start]:
         """The same points, at most so many at a time."""
         for i in range(0, len(self.where), most):
-            yield self.at(slice(i, i + most))
+            s = slice(i, i + most)
+            values = {k: x[s] for k, x in self.values.items()}
+            yield replace(self, where=self.where[s], q=self.q[s], v=self.v[s], values=values)
 
 
-def _roll(request: SweepRequest, alike: Sequence[_Start], out: SweepBlock, threads: int) -> list[Group]:
-    """Roll out points of equal duration and timestep; those whose balance of energy is not sure are returned."""
+def _roll(request: SweepRequest, alike: Sequence[_Start], out: SweepBlock, threads: int) -> None:
+    """Roll out points of equal duration and timestep."""
     from mechlab.engines.mujoco.batch import LOOKED_AT, roll
     from mechlab.engines.mujoco.stepping import grid
-    from mechlab.engines.mujoco.warp_steps import steps_of_warp
 
     steps = grid(alike[0].scene.duration, alike[0].settings.timestep)
-    entry, unsure = alike[0].design.entry.channels, list[Group]()
+    entry = alike[0].design.entry.channels
     whole = any(q.kind == "channel" and (q.reduce != "final" or q.name in entry) for q in request.quantities)
     samples = len(steps.samples) if whole else min(len(steps.samples), LOOKED_AT)
     many = max(1, NUMBERS // (samples * max(x.mechanism.nq + x.mechanism.nv for x in alike)))
     portion: list[_Start] = []
-    take = steps_of_warp if request.backend == "warp" else None
+    stepping: dict[str, Any] = {"threads": threads}
+    if request.backend == "warp":
+        from mechlab.engines.mujoco import warp_steps
+
+        stepping = {"take": warp_steps.steps_of_warp, "numbers": warp_steps.NUMBERS}
 
     def roll_out() -> None:
-        for start, batch in zip(portion, roll([x.motions for x in portion], steps, whole, take, threads), strict=True):
+        for start, batch in zip(portion, roll([x.motions for x in portion], steps, whole, **stepping), strict=True):
             _take(request, start, batch, out)
-            if batch.unsure.any():
-                again = start.at(batch.unsure)
-                unsure.append((again.where, again.design, again.values))
         portion.clear()
 
     for start in alike:
@@ -215,12 +214,11 @@ def _roll(request: SweepRequest, alike: Sequence[_Start], out: SweepBlock, threa
                 roll_out()
             portion.append(part)
     roll_out()
-    return unsure
 
 
 def _take(request: SweepRequest, start: _Start, batch: Batch, out: SweepBlock) -> None:
     """Put the numbers of the motions of one design into the block."""
-    design, mechanism, where = start.in_scene, start.mechanism, start.where
+    design, mechanism, where = start.design, start.mechanism, start.where
     trees: list[BatchTree] = []
     final = _States(mechanism, batch.q[:, -1], batch.v[:, -1], trees)
     flat = _States(mechanism, batch.q.reshape(-1, mechanism.nq), batch.v.reshape(-1, mechanism.nv), trees)
@@ -244,7 +242,7 @@ def _take(request: SweepRequest, start: _Start, batch: Batch, out: SweepBlock) -
             series = flat[quantity.name].reshape(len(where), -1)
             out.values[where, k] = [reduced(quantity.reduce, batch.t, x) for x in series]
     numbers = np.array([q.kind == "channel" for q in request.quantities])
-    for i in np.flatnonzero(wrong & ~batch.unsure).tolist():
+    for i in np.flatnonzero(wrong).tolist():
         out.values[where[i], numbers] = np.nan
         out.gap(where[i], UNTRUSTED, batch.reasons[i])
 
@@ -270,8 +268,11 @@ def starts(
         for name, x in rates.items():
             v[:, mechanism.v_slice[name].start] = x
         return q, v, closed
-    q, v = np.zeros((n, mechanism.nq)), np.zeros((n, mechanism.nv))
-    for i in range(n):
+    q, v, sure = np.zeros((n, mechanism.nq)), np.zeros((n, mechanism.nv)), np.zeros(n, dtype=bool)
+    if n >= FEWEST and any(np.ndim(x) and np.ptp(x) > 0.0 for x in first.values()):
+        begin, going = ({k: np.broadcast_to(np.asarray(x, dtype=float), n) for k, x in d.items()} for d in (first, rates))
+        q, v, sure = many_initial_states(mechanism, begin, going, n)
+    for i in np.flatnonzero(~sure):
         here = [{k: float(np.broadcast_to(x, n)[i]) for k, x in given.items()} for given in (first, rates)]
         try:
             q[i], v[i] = initial_state(mechanism, replace(scene, initial=here[0], initial_rates=here[1]))

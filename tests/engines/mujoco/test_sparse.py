@@ -3,12 +3,17 @@
 import mujoco
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
+import mechlab as ml
+from mechlab.analytic.benchmarks import ParallelogramChain
 from mechlab.catalog import entry
+from mechlab.engines.mujoco import runner
 from mechlab.engines.mujoco.closure import constraint_jacobian
 from mechlab.engines.mujoco.model import to_mujoco
 from mechlab.engines.mujoco.sparse import sparse_is_right, sparse_steps
 from mechlab.engines.mujoco.stepping import grid, sparsely, take_steps
+from mechlab.experiment.scene import Scene, Settings
 
 DENSE = mujoco.mjtJacobian.mjJAC_DENSE
 
@@ -112,3 +117,39 @@ def test_rows_that_come_and_go_keep_the_dense_jacobian(change: str) -> None:
 def test_small_models_stay_dense() -> None:
     model, data = to_mujoco(entry("fourbar").build(entry("fourbar").parameters(), "minimal"))
     assert not sparse_is_right(model, data)
+
+
+def test_a_recorded_large_chain_is_that_of_its_one_freedom(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every sample of 40 parallelograms: against the equation of their one freedom, and all channels against dense rows."""
+    found = entry("n_fourbar")
+    p = found.parameters(N=40, duration=0.2)
+    mechanism = found.build(p, "full")
+    scene = Scene("fall", "full", 0.2, initial_rates={f"rocker_{k}": -1.0 for k in range(41)}, settings=Settings(timestep=1e-3))
+    run = runner.run(mechanism, scene)
+    own = ParallelogramChain(p.N, p.rocker_length, p.rocker_mass, p.coupler_mass, p.gravity)
+    sign = np.array([-1.0 if j.name.startswith("rocker") else 1.0 for j in mechanism.joints])
+    exact = solve_ivp(own.slope, (0.0, 0.2), [0.0, 1.0], t_eval=run.t, method="DOP853", rtol=1e-12, atol=1e-13).y
+    # the rows are hard to 1e-4 of the forces: 4e-9 rad at this step in half a second
+    assert np.max(np.abs(run.q - exact[0][:, None] * sign)) < 1e-8
+    bent = np.array([own.slope(t, y)[1] for t, y in zip(run.t, exact.T, strict=True)])
+    for joint, s in (("rocker_0", -1.0), ("coupler_21", 1.0), ("rocker_40", -1.0)):
+        assert run.channels[f"{joint}_accel"] == pytest.approx(s * bent, abs=1e-3 * np.max(np.abs(bent)))
+    monkeypatch.setattr(runner, "sparse_is_right", lambda model, data: False)
+    dense = runner.run(mechanism, scene)
+    assert run.channels.keys() == dense.channels.keys()
+    for name, values in dense.channels.items():
+        # accelerations at a state agree to 1e-9, states after 200 steps to 1e-10
+        assert run.channels[name] == pytest.approx(values, rel=1e-6, abs=1e-6), name
+
+
+def test_a_session_of_a_large_chain_is_that_of_its_one_freedom() -> None:
+    with ml.session("n_fourbar", N=40) as s:
+        for _ in range(20):
+            s.step()
+        assert s.model.opt.jacobian == DENSE
+        q, t = s.state[0], s.time
+    p = entry("n_fourbar").parameters(N=40)
+    own = ParallelogramChain(p.N, p.rocker_length, p.rocker_mass, p.coupler_mass, p.gravity)
+    exact = solve_ivp(own.slope, (0.0, t), [0.0, p.start_speed], method="DOP853", rtol=1e-12, atol=1e-13).y[0, -1]
+    # the rows are hard to 1e-4 of the forces: 4e-9 rad at twice this step in half a second
+    assert np.abs(q) == pytest.approx(np.full(81, exact), abs=1e-8)

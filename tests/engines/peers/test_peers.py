@@ -63,6 +63,8 @@ def away(peer: str, integrator: str, mechanism: Mechanism, scene: Scene, value: 
 # implicit rules miss h^2, Drake's discrete model h; tolerances are of a step, so that of a run is some hundred times larger
 CASES = [
     ("exudyn", "generalized-alpha", 40, 2e-3),
+    ("exudyn", "generalized-alpha, planar bodies", 40, 4e-3),
+    ("exudyn", "trapezoidal, planar bodies, full Newton", 40, 4e-3),
     ("drake", "SAP", 400, 1e-2),
     ("opensim", "RungeKuttaMerson", 1e-8, 1e-5),
     # single precision; Kamino's solvers are of first order
@@ -85,6 +87,9 @@ def test_a_peer_moves_as_pinocchio_does(peer: str, integrator: str, value: float
     if (peer, name) == ("drake", "flyball"):
         pytest.skip("Drake's discrete model takes the stiff dampers explicitly; its continuous one is tested below")
     mechanism, scene = problem(name)
+    if "planar" in integrator and not_expressible(peer, integrator, mechanism, scene):
+        assert name in ("bricard", "flyball")
+        pytest.skip("not in the plane of x and y")
     if peer == "newton" and (mechanism.springs or name == "pendulum"):
         pytest.skip("Kamino has no springs between points, and a point mass is ill-conditioned in single precision")
     h = value if value < 1 else scene.duration / OUTPUTS / value
@@ -196,6 +201,29 @@ def test_rows_are_left_out_along_a_world_axis_only_where_it_stays_one() -> None:
     loop = replace(planar.loops[0], body_a="weight", body_b="ground")
     assert world_axes(links_of(tilted), loop, (True, True, True)) == [1, 1, 1]
     assert world_axes(links_of(tilted), loop, (True, True, False)) is None
+
+
+def test_planar_bodies_carry_loads_on_both_sides_and_give_rates() -> None:
+    need("exudyn")
+    mechanism, scene = problem("slider_crank")
+    mechanism = replace(mechanism, name="loaded")
+    scene = replace(scene, laws=(Constant("rod_joint", 2.0), Constant("slider_position", -30.0)))
+    step = scene.duration / 1000
+    assert away("exudyn", "trapezoidal, planar bodies", mechanism, scene, step) < 1e-4
+    settings = [
+        Settings(engine="exudyn", integrator=f"generalized-alpha{bodies}", timestep=step)
+        for bodies in ("", ", planar bodies")
+    ]
+    tree, planar = (trace(mechanism, scene, s, OUTPUTS).v for s in settings)
+    assert np.max(np.abs(tree - planar)) < 1e-3 * np.max(np.abs(tree))  # both of second order
+
+
+def test_what_planar_bodies_cannot_express_is_named() -> None:
+    mechanism, scene = problem("bricard")
+    assert "plane of x and y" in not_expressible("exudyn", "trapezoidal, planar bodies", mechanism, scene)
+    still = Builder("still")
+    still.body("a", revolute("pin", "z", damping=0.1), inertia=Inertia.box(1.0, 0.1, 0.1, 0.1))
+    assert "damper" in not_expressible("exudyn", "trapezoidal, planar bodies", still.build(), scene)
 
 
 @pytest.mark.parametrize("integrator", ["generalized-alpha", "trapezoidal"])

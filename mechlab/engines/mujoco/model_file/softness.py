@@ -38,7 +38,7 @@ def equality_default(timestep: float) -> str:
 
 
 def softness(model: mujoco.MjModel, harmless: bool = False) -> Iterator[Symptom]:
-    """Findings "soft_equalities", "softer_than_it_could_be", "refsafe", "stiff_equalities", "switched_off", "mocap_weld".
+    """Findings "soft_equalities", "softer_than_it_could_be", "refsafe", "stiff_equalities", "still_masses", "switched_off", "mocap_weld".
 
     harmless: a run has shown that the softness of this file changes its motion by less than matters.
     """
@@ -67,6 +67,13 @@ def softness(model: mujoco.MjModel, harmless: bool = False) -> Iterator[Symptom]
         )
         yield Symptom("softer_than_it_could_be", "note" if harmless else "warning", text, paste, _timeconst(model, k) / h)
     yield from _refsafe(model, h)
+    still = [k for k in loops(model) if _still_masses(model, k)]
+    if still and not model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_DIAGEXACT:
+        text = (
+            f"{_say(model, still)} {'joins' if len(still) == 1 else 'join'} bodies whose centres of mass no force moves in the reference "
+            "pose. MuJoCo scales the softness of such a row by that, to 0: stiffer than numbers can be, and a run breaks."
+        )
+        yield Symptom("still_masses", "error", text, '<option><flag diagexact="enable"/></option>', number=len(still))
     off = [equality_name(model, k) for k in range(model.neq) if k not in active(model)]
     if off:
         text = f"{listed(off)} {'does' if len(off) == 1 else 'do'} not act: switched off in the file. The freedoms count without."
@@ -139,6 +146,21 @@ def _refsafe(model: mujoco.MjModel, h: float) -> Iterator[Symptom]:
             f"{'RK4 was measured to survive 4' if rk4 else 'a first-order integrator blows up from 1 on'}."
         )
         yield Symptom("stiff_equalities", "error", text, equality_default(h))
+
+
+STILL = 1e-9
+"""How easily a centre of mass is moved [1/kg], times the mass of the whole model, that counts as not at all."""
+
+
+def _still_masses(model: mujoco.MjModel, k: int) -> bool:
+    """Whether equality k pins two bodies of which MuJoCo believes that no force moves their centres of mass."""
+    if int(model.eq_type[k]) not in (int(mujoco.mjtEq.mjEQ_CONNECT), int(mujoco.mjtEq.mjEQ_WELD)):
+        return False
+    ends = [int(model.eq_obj1id[k]), int(model.eq_obj2id[k])]
+    if model.eq_objtype[k] == mujoco.mjtObj.mjOBJ_SITE:
+        ends = [int(model.site_bodyid[x]) for x in ends]
+    ease = float(model.body_invweight0[ends, 0].sum()) * float(model.body_subtreemass[0])
+    return ease < STILL and any(model.body_weldid[x] for x in ends)
 
 
 def _timeconst(model: mujoco.MjModel, k: int) -> float:
