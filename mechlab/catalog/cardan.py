@@ -32,7 +32,7 @@ def build(p: Parameters) -> Mechanism:
            parent="driver")
     w.link("follower", revolute("follower_angle", out.tolist()), at=(0, 0, 0), to=[p.shaft * out])
     w.close("pin", "cross", "follower", (0, 0, 0), "revolute", pin)
-    w.drive("driver_angle", stiffness=20.0, damping=0.2)
+    w.drive("driver_angle", stiffness=2.0, damping=0.01)
     return w.assemble({}, hold=["driver_angle"])
 
 

@@ -34,7 +34,7 @@ def build(p: Parameters) -> Mechanism:
     w.link("cross_2", revolute("cross_2_angle", pin_2.tolist()), at=right, to=[right + arm * pin_2, right - arm * pin_2],
            parent="follower")
     w.close("pin", "cross_2", "middle", right, "revolute", (0, 0, 1))
-    w.drive("driver_angle", stiffness=20.0, damping=0.2)
+    w.drive("driver_angle", stiffness=2.0, damping=0.01)
     return w.assemble({}, hold=["driver_angle"])
 
 

@@ -41,8 +41,7 @@ ENTRY = planar_entry(
     "knuckle_press", "Knuckle-joint press", "press", summary="Crank, rod and knuckle: long dwell and high force at the bottom.",
     use="Coining and embossing.", origin="Diedrich Uhlhorn's coining press, 1817", parameters=Parameters, linkage=linkage,
     path=lambda p: {"crank_angle": (0.0, 2 * math.pi)}, width=lambda p: 0.1 * p.upper, servo=(20.0, 0.2),
-    links=("upper_link", "lower_link"), points=("K",),
-    slides=("F",), sliders=("lower", "rod"), plots=(PlotRecipe("ram", ("F_slide",)),),
+    links=("upper_link", "lower_link"), points=("K",), slides=("F",), sliders=("lower", "rod"), plots=(PlotRecipe("ram", ("F_slide",)),),
     outside=(
         Outside("ram with the crank at 0", "m", lambda p: ram(p, 0.0), lambda p, m: float(m["F_slide"][0]), 1e-9, "ruler and compasses"),
         Outside("ram with the crank at 90 degrees", "m", lambda p: ram(p, 0.5 * math.pi), lambda p, m: float(m["F_slide"][6]), 1e-9,

@@ -36,8 +36,8 @@ ENTRY = planar_entry(
     summary="Crank, rod and knee: near the straight knee a small force moves the ram with a large one.",
     use="Presses, crushers, clamps, injection moulding machines.", origin="the knee lever is old; printing presses from about 1800",
     parameters=Parameters, linkage=linkage, path=lambda p: {"crank_angle": (0.0, 2 * math.pi)}, width=lambda p: 0.1 * p.link,
-    servo=(20.0, 0.2),
-    links=("rod", "upper", "lower"), points=("K",), slides=("F",), sliders=("crank", "rod"), plots=(PlotRecipe("ram", ("F_slide",)),),
+    servo=(20.0, 0.2), links=("rod", "upper", "lower"), points=("K",), slides=("F",), sliders=("crank", "rod"),
+    plots=(PlotRecipe("ram", ("F_slide",)),),
     outside=(
         # isosceles triangle Q-K-F: F = 2 link cos(angle of the upper link to the column), F' = -2 link sin(...) times its rate
         Outside("ram against the knee angle, largest misfit", "m", lambda p: 0.0,

@@ -35,7 +35,7 @@ def piston(p: Parameters, t: float) -> float:
 ENTRY = planar_entry(
     "v_engine", "V-engine", "engine", summary="Two connecting rods side by side on one pin, cylinders in a V.",
     use="Motorcycles, cars, compressors.", origin="Gottlieb Daimler and Wilhelm Maybach, 1889", parameters=Parameters, linkage=linkage,
-    path=lambda p: {"crank_angle": (0.0, 2 * math.pi)}, width=lambda p: 0.4 * p.crank, slides=("piston_1", "piston_2"),
+    path=lambda p: {"crank_angle": (0.0, 2 * math.pi)}, width=lambda p: 0.4 * p.crank, servo=(20.0, 0.2), slides=("piston_1", "piston_2"),
     sliders=("rod", "angle"), plots=(PlotRecipe("pistons", ("piston_1_slide", "piston_2_slide")),),
     outside=(
         Outside("piston 1 with the crank at 0", "m", lambda p: piston(p, 0.5 * math.pi + 0.5 * p.angle),
