@@ -185,7 +185,7 @@ def _gallery_picture(folder: Path) -> Path:
     from mechlab.viewer.gallery import contact_sheet
 
     kept = [(catalog.entry(n).title, folder / n / "picture.png") for n in catalog.NAMES]
-    made = contact_sheet([(title, p.read_bytes()) for title, p in kept if p.is_file()])
+    made = contact_sheet([(title, p.read_bytes()) for title, p in kept if p.is_file()], columns=7)
     return write(folder / "gallery.png", made)
 
 

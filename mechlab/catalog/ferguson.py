@@ -14,9 +14,9 @@ from mechlab.mechanism import Mechanism
 class Parameters:
     """A thick planet on an arm meshes with three wheels on the main axis, the middle one of them fixed."""
 
-    fixed: int = parameter(100, "", "teeth of the fixed wheel", low=20)
-    more: int = parameter(101, "", "teeth of the upper wheel", low=20)
-    less: int = parameter(99, "", "teeth of the lower wheel", low=20)
+    fixed: int = parameter(50, "", "teeth of the fixed wheel", low=20)
+    more: int = parameter(51, "", "teeth of the upper wheel", low=20)
+    less: int = parameter(49, "", "teeth of the lower wheel", low=20)
     planet: int = parameter(20, "", "teeth of the planet; they cancel", low=12)
 
 
@@ -33,14 +33,14 @@ def build(p: Parameters) -> Mechanism:
 
 ENTRY = builder_entry(
     "ferguson", "Ferguson's paradox", "gear-train",
-    summary="Wheels of 99, 100 and 101 teeth on one planet: they turn backward, not at all, and forward.",
+    summary="Wheels of 49, 50 and 51 teeth on one planet: they turn backward, not at all, and forward.",
     use="Orreries; the idea behind Wolfrom and other high reductions.", origin="James Ferguson, 1764", parameters=Parameters, build=build,
     path=lambda p: {"arm": (0.0, 2 * math.pi)}, plots=(PlotRecipe("wheels", ("upper_rate", "lower_rate")),),
     outside=(
         Outside("turn of the upper wheel in one of the arm", "", lambda p: 1 - p.fixed / p.more, lambda p, m: ratio(m, "upper", "arm"),
-                1e-12, "Ferguson 1764: 1 / 101 forward"),
+                1e-12, "Ferguson 1764: 1 / 51 forward (his wheels: 99, 100, 101)"),
         Outside("turn of the lower wheel in one of the arm", "", lambda p: 1 - p.fixed / p.less, lambda p, m: ratio(m, "lower", "arm"),
-                1e-12, "Ferguson 1764: 1 / 99 backward"),
+                1e-12, "Ferguson 1764: 1 / 49 backward"),
     ),
     chain="planetary, 3 meshes", formulas="w / w_arm = 1 - fixed / teeth.",
     sources=("Ferguson, The Description and Use of a New Machine called the Mechanical Paradox, 1764",),

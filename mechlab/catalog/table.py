@@ -163,7 +163,7 @@ TABLE = (
     Row("cycloidal", "Cycloidal reducer", "gear-train", *BUILT,
         "An eccentric, a lobed disc and pins: a large reduction in one flat stage, lobes as relations."),
     Row("ferguson", "Ferguson's paradox", "gear-train", *BUILT,
-        "Wheels of 99, 100 and 101 teeth on one planet: they turn backward, not at all, and forward."),
+        "Wheels of 49, 50 and 51 teeth on one planet: they turn backward, not at all, and forward."),
     Row("humpage", "Humpage's bevel gear", "gear-train", *BUILT,
         "Bevel wheels on a moving arm: input and output in line, high reduction."),
     Row("lepelletier", "Lepelletier train", "gear-train", *BUILT,
