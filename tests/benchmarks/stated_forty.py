@@ -39,8 +39,8 @@ OUTPUTS = 100
 RESOLVED = 1e-9
 """Errors below this share of the size of a channel (at least 1) are those of the truth."""
 FOLLOWS, STIFFEST = 1e-6, 5e3
-"""The run that tells the truth of channels follows the true positions to this [m or rad]; it is not made for motions whose
-fastest rate times the duration is larger."""
+"""The run that tells the truth of channels follows the true positions to this [m or rad]; it is not made for motions longer than
+LONGEST, nor for those whose fastest rate times the duration is larger."""
 SIX = ("pendulum", "n_fourbar", "andrews", "bricard", "flyball", "slider_crank")
 SHARP = Settings("pinocchio", "DOP853", tolerance=1e-11, preset="sharp")
 
@@ -128,7 +128,7 @@ def worst_channel(
     """The channel with the smallest stated over true error, and both; NaN where the run that should tell does not follow the
     true positions itself, as past singular ones."""
     m = design.mechanism(plan.fidelity)
-    slow = fastest_rate(m, plan) * plan.duration > STIFFEST
+    slow = fastest_rate(m, plan) * plan.duration > STIFFEST or plan.duration > LONGEST
     if has_kinks(plan) or is_rough(m) or slow or positions is None:
         return "", math.nan, math.nan
     times = run.t[::4]
