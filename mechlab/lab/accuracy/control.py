@@ -18,7 +18,7 @@ from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.energy import dissipation, energy, energy_finding
 from mechlab.experiment.findings import kinematic_findings
-from mechlab.experiment.held_rates import captured
+from mechlab.experiment.held_rates import HeldRates, captured
 from mechlab.experiment.ranges import unstopped_finding
 from mechlab.experiment.recording import Cost, Finding, Health, Recording, limit_finding, run_channels
 from mechlab.experiment.scene import Scene, Settings
@@ -100,7 +100,9 @@ def _solved(design: Design, scene: Scene, max_error: float, sparse: bool, budget
             break
         if not other.reached and other.estimate >= result.estimate:
             break
-        found = shorter, other
+        times = {law.time for law in shorter.laws if isinstance(law, HeldRates)}
+        caught = f"{other.sentence}; held rates are captured in {min(times):.2g} s here"
+        found = shorter, replace(other, sentence=caught)
     return found
 
 
