@@ -33,7 +33,7 @@ def build(p: Parameters) -> Mechanism:
     w.link("arm", revolute("angle", "-y"), at=(0, 0, 0), to=[(p.length, 0, 0)], mass_per_length=1e-9,
            more=Inertia.cylinder(p.load, 0.04, 0.08).at((p.length, 0, 0)))
     w.spring(Spring("balance", "ground", "arm", (0.0, 0.0, p.above), (p.along, 0.0, 0.0), stiffness=stiffness(p)))
-    return w.mark("P", "arm", (p.length, 0, 0)).drive("angle").build()
+    return w.mark("P", "arm", (p.length, 0, 0)).drive("angle", stiffness=20.0, damping=0.2).build()
 
 
 ENTRY = builder_entry(

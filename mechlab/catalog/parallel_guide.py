@@ -37,7 +37,7 @@ def build(p: Parameters) -> Mechanism:
     w.link("right", revolute("right_bend", "y", stiffness=k), at=right, to=[up(right)])
     w.link("end", revolute("end_pin", "y", stiffness=k), at=up(right), to=[(right[0], 0, 1.05 * r)], parent="right")
     w.close("weld", "end", "stage", up(right), "revolute", (1, 0, 0)).mark("P", "stage", (0, 0, r))
-    return w.drive("bend").build()
+    return w.drive("bend", stiffness=2.0, damping=0.01).build()
 
 
 ENTRY = builder_entry(
