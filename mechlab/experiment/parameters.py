@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any, TypeVar, get_type_hints
 
 from mechlab.errors import MechlabError, unknown
@@ -66,6 +67,7 @@ def parameter(
     return field(default=default, metadata=meta)
 
 
+@lru_cache(maxsize=256)
 def describe(cls: type[Any]) -> tuple[ParameterInfo, ...]:
     """The parameters of a parameter class, in order."""
     hints = get_type_hints(cls)
