@@ -67,9 +67,14 @@ def parameter(
     return field(default=default, metadata=meta)
 
 
-@lru_cache(maxsize=256)
 def describe(cls: type[Any]) -> tuple[ParameterInfo, ...]:
     """The parameters of a parameter class, in order."""
+    known: Any = cls
+    return _described(known)
+
+
+@lru_cache(maxsize=256)
+def _described(cls: Any) -> tuple[ParameterInfo, ...]:
     hints = get_type_hints(cls)
     return tuple(_info(f, hints[f.name]) for f in fields(cls))
 
