@@ -36,6 +36,7 @@ LIKE: dict[str, dict[str, str]] = {
         "evaluations": "--evaluations", "seed": "--seed", "out": "-o",
     },
     "run": {"out": "-o"},
+    "list_entries": {"family": "--family", "search": "--search"},
     "show": {"fidelity": "--fidelity"},
     "simulate": {
         "scene": "--scene", "duration": "--duration", "timestep": "--timestep", "max_error": "--max-error", "budget": "--budget",

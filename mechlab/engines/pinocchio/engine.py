@@ -12,10 +12,10 @@ from mechlab.engines.pinocchio.closer import kept_closer
 from mechlab.engines.pinocchio.dynamics import PinPlant
 from mechlab.engines.pinocchio.equations import Equations, PinSmallMotions
 from mechlab.engines.pinocchio.friction_trace import trace_friction
+from mechlab.engines.pinocchio.given_rates import accelerations_of, kept_motions, rates
 from mechlab.engines.pinocchio.inverse import Solved, assemble
 from mechlab.engines.pinocchio.kinematics import frame_motion
 from mechlab.engines.pinocchio.model import file_size
-from mechlab.engines.pinocchio.quantities import accelerations_of, kept_motions, rates
 from mechlab.engines.pinocchio.reactions import loop_loads, motion_forces
 from mechlab.engines.pinocchio.runner import run, versions
 from mechlab.engines.pinocchio.trace import GAINS, Stabilisation, fits, trace

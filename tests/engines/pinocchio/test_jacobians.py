@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from samples import fourbar, planetary, scara
 
+from mechlab.engines.pinocchio.given_rates import accelerations_of, quantity_rates, rates
 from mechlab.engines.pinocchio.inverse import assemble
 from mechlab.engines.pinocchio.kinematics import frame_motion
-from mechlab.engines.pinocchio.quantities import accelerations_of, output_jacobian, quantity_rates, rates
+from mechlab.engines.pinocchio.quantities import output_jacobian
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.mechanism import TreeKinematics
 from mechlab.mechanism.geometry import rotation_log

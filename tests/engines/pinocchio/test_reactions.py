@@ -6,7 +6,7 @@ from random_mechanisms import random_mechanism
 from samples import fourbar, planetary, scara
 
 from mechlab.engines.pinocchio.dynamics import PinPlant
-from mechlab.engines.pinocchio.quantities import rates
+from mechlab.engines.pinocchio.given_rates import rates
 from mechlab.engines.pinocchio.reactions import inverse_dynamics, joint_wrenches, loop_wrenches
 from mechlab.errors import NoSolution
 from mechlab.mechanism import Builder, ConstraintSet, Inertia, TreeKinematics, revolute
