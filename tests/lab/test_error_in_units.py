@@ -78,6 +78,7 @@ def test_the_budget_grows_with_the_duration_and_ends_the_search() -> None:
     ({"max_error": "1furlong"}, "the unit"),
     ({"max_error": "small"}, "expected a number"),
     ({"max_error": "-1N"}, "expected a number > 0"),
+    ({"max_error": 1e-300}, "less than rounding leaves"),
 ])  # fmt: skip
 def test_bad_ones_get_one_clear_message(options: dict, said: str) -> None:
     with pytest.raises(MechlabError, match=said):
