@@ -224,6 +224,8 @@ KEYWORDS: dict[tuple[str, str], tuple[Act, Act]] = {
         lambda p: api.draw(wait=False).to_dict()["message"][:9],
         lambda p: api.draw(html=p / "new.html", wait=False).to_dict()["message"][:9],
     ),
+    ("list_entries", "family"): (lambda p: len(api.list_entries().rows), lambda p: len(api.list_entries(family="press").rows)),
+    ("list_entries", "search"): (lambda p: len(api.list_entries().rows), lambda p: len(api.list_entries(search="dwell").rows)),
     ("view", "port"): (lambda p: "", lambda p: _refused("port", lambda: _page(p, port=9))),
     ("view", "wait"): (
         lambda p: api.view("pendulum", wait=False).to_dict()["message"],

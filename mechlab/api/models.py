@@ -24,25 +24,28 @@ if TYPE_CHECKING:
     from mechlab.studies.pipeline import RunResult
 
 
-def list_entries() -> TableResult:
-    """The catalog."""
-    from mechlab.catalog.listing import TableResult
+def list_entries(*, family: str | None = None, search: str | None = None) -> TableResult:
+    """The catalog: name, title, family, one sentence; fidelities and scenes stand in the data.
+
+    Options:
+        family=F: one family, such as straight-line, gear-train, parallel-robot
+        search=WORDS: entries that have all these words in name, title, family or sentence
+    """
+    from mechlab.catalog.listing import TableResult, found_in, one_family
     from mechlab.catalog.table import TABLE
 
-    rows = tuple((e.name, e.title, ", ".join(e.fidelities), ", ".join(e.scenes), e.summary) for e in TABLE)
+    chosen = found_in(one_family(TABLE, family), search)
+    rows = tuple((e.name, e.family, e.title, e.summary) for e in chosen)
     data = {
         "mechanisms": [
             {
-                "name": e.name,
-                "title": e.title,
-                "summary": e.summary,
-                "fidelities": list(e.fidelities),
+                "name": e.name, "title": e.title, "family": e.family, "summary": e.summary, "fidelities": list(e.fidelities),
                 "scenes": list(e.scenes),
             }
-            for e in TABLE
+            for e in chosen
         ]
-    }
-    return TableResult(("name", "title", "fidelities", "scenes", "summary"), rows, data)
+    }  # fmt: skip
+    return TableResult(("name", "family", "title", "summary"), rows, data)
 
 
 def show(
@@ -144,12 +147,26 @@ def generate_catalog(out: File = "models", names: Sequence[str] = (), *, picture
                 from mechlab.viewer.film import write_motion_svg
 
                 view(name, png=stage / "picture.png")
+                _fewer_colours(stage / "picture.png")
                 write_motion_svg(story(simulate(name)), stage / "motion.svg")
         _remove_unnamed_meshes(folder)
         files[name] = folder
+    if not names:
+        from mechlab.studies.outside import catalog_table
+
+        files["table"] = write(Path(out) / "README.md", catalog_table([catalog.entry(n) for n in catalog.NAMES]))
     if pictures:
         files["gallery"] = _gallery_picture(Path(out))
     return FilesResult(Path(out), files, made.sentence, tuple(warnings), code)
+
+
+def _fewer_colours(picture: Path) -> None:
+    """The picture in 256 colours: a quarter of its size."""
+    from PIL import Image
+
+    with Image.open(picture) as image:
+        few = image.convert("RGB").quantize(256)
+    few.save(picture, optimize=True)
 
 
 def _remove_unnamed_meshes(folder: Path) -> None:
@@ -168,7 +185,7 @@ def _gallery_picture(folder: Path) -> Path:
     from mechlab.viewer.gallery import contact_sheet
 
     kept = [(catalog.entry(n).title, folder / n / "picture.png") for n in catalog.NAMES]
-    made = contact_sheet([(title, p.read_bytes()) for title, p in kept if p.is_file()])
+    made = contact_sheet([(title, p.read_bytes()) for title, p in kept if p.is_file()], columns=7)
     return write(folder / "gallery.png", made)
 
 

@@ -25,7 +25,7 @@ from mechlab.api.arguments import (
 from mechlab.api.finding import Source, design_and_rest, load_design, open_source, sweep_command, travelling
 from mechlab.errors import UsageError
 from mechlab.files import whole_folder, write
-from mechlab.values import Range, Value, one_number
+from mechlab.values import Range, Value, in_unit, one_number
 
 if TYPE_CHECKING:
     from mechlab.studies.modes.result import ModesResult
@@ -209,6 +209,10 @@ def sweep(
     wanted = [quantities] if isinstance(quantities, str) else list(quantities)
     if (more := asked.pop("quantity", None)) is not None:
         wanted += [str(x) for x in more] if isinstance(more, tuple) else [str(more)]
+    duration, timestep = (
+        x if x is None else float(in_unit(what, one_number(what, x), "s"))
+        for what, x in (("duration", duration), ("timestep", timestep))
+    )
     sent, identity = travelling(source)
     request = plan(
         open_source(sent), asked, wanted, load=open_source, source=sent, identity=identity, witness=witness,

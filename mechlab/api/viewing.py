@@ -305,5 +305,5 @@ def exhibit(name: str, folder: Path, models: Path) -> Exhibit:
         moved = False
     return Exhibit(
         name, design.entry.title, design.entry.summary, picture.read_bytes(), describe_design(design)._repr_html_(),
-        moved, motion_svg(run),
+        moved, motion_svg(run), design.entry.family,
     )  # fmt: skip

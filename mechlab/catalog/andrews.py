@@ -214,6 +214,7 @@ ENTRY = PROBLEM.entry(
     text="a constant torque on the crank, from rest",
     name="andrews",
     title="Andrews' squeezer (A03)",
+    family="benchmark",
     summary="Benchmark A03: seven bodies, three loops, tiny lengths and high speed.",
     checks=(
         Check("B3", "own equation against the Test Set's solution at 0.03 s", _check_test_set, source=SOURCE),

@@ -138,6 +138,7 @@ ENTRY = PROBLEM.entry(
     text="falls from rest",
     name="bricard",
     title="Bricard's mechanism (A04)",
+    family="spatial-loop",
     summary="Benchmark A04: an overconstrained spatial loop that moves nevertheless.",
     checks=(moving_check("B3", build, "full", lambda p: (moving(p, time) for time in (0.2, 0.5))),),
     chain="6R",

@@ -46,6 +46,7 @@ PLANAR = Planar(
 ENTRY = Entry(
     name="fivebar",
     title="Five-bar",
+    family="parallel-robot",
     summary="Planar five-bar with two driven cranks; both assembly modes.",
     parameters=Parameters,
     build=PLANAR.build,

@@ -232,6 +232,7 @@ ENTRY = PROBLEM.entry(
     text="let go at the start speed, without a drive",
     name="flyball",
     title="Flyball governor (A05)",
+    family="balance",
     summary="Benchmark A05: a governor with stiff spring-dampers; explicit methods need tiny steps.",
     plots=(
         PlotRecipe("height of the sleeve", ("slider_height",)),

@@ -116,6 +116,7 @@ SCENES = CRANK.scenes("speed", "torque", stiffness=200.0, damping=2.0)
 ENTRY = Entry(
     name="fourbar",
     title="Four-bar linkage",
+    family="linkage",
     summary="Planar four-bar: crank, coupler, rocker; both assembly modes.",
     parameters=Parameters,
     build=build,

@@ -130,6 +130,7 @@ ENTRY = PROBLEM.entry(
     text="falls from upright, pushed at B0",
     name="n_fourbar",
     title="N four-bars (A02)",
+    family="benchmark",
     summary="Benchmark A02: a row of N parallelograms that passes its singular position again and again.",
     checks=(moving_check("B3", build, "full", _states),),
     chain="N x RRRR",

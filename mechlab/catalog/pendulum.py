@@ -114,6 +114,7 @@ ENTRY = PROBLEM.entry(
     text="released at the start angle",
     name="pendulum",
     title="Simple pendulum (A01)",
+    family="benchmark",
     summary="Benchmark A01: a point mass on a massless rod, released from the horizontal.",
     checks=(
         Check("B3", "own equation against elliptic functions", _check_elliptic, "Jacobi's elliptic functions"),

@@ -238,6 +238,7 @@ ENTRY = MOTION.entry(
     minimal="as many coordinates as freedoms, all other gears as shafts",
     name="planetary_stage",
     title="Planetary stage",
+    family="gear-train",
     summary="Sun, planets on a moving carrier and ring: gears as exact linear relations.",
     plots=(
         PlotRecipe("input and output speed", ("sun_rate", "carrier_rate")),

@@ -50,6 +50,7 @@ PLANAR = Planar(
 ENTRY = Entry(
     name="quick_return",
     title="Quick-return mechanism",
+    family="quick-return",
     summary="Shaper with a slotted lever: slow working stroke, quick return.",
     parameters=Parameters,
     build=PLANAR.build,

@@ -141,6 +141,7 @@ ENTRY = PROBLEM.entry(
     text="the crank is let go at full speed",
     name="slider_crank",
     title="Slider-crank",
+    family="engine",
     summary="A slider-crank that runs freely from 10 rad/s: first-order methods lose its phase.",
     sliders=("crank", "rod"),
     plots=(

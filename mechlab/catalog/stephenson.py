@@ -53,6 +53,7 @@ PLANAR = Planar(
 ENTRY = Entry(
     name="stephenson",
     title="Stephenson six-bar",
+    family="linkage",
     summary="Four-bar with a dyad on its coupler point (Stephenson III); four assembly modes.",
     parameters=Parameters,
     build=PLANAR.build,

@@ -251,6 +251,7 @@ ENTRY = MOTION.entry(
     minimal="exact reduction: one coordinate, all gears as shafts",
     name="wolfrom",
     title="Wolfrom train",
+    family="gear-train",
     summary="A sun, stepped planets, a held and a turning ring: 116:1 in one stage, and what that costs in efficiency.",
     plots=(
         PlotRecipe("input and output speed", ("sun_rate", "ring_rate")),

@@ -34,6 +34,7 @@ from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.named_rows import LETTERS
 from mechlab.mechanism.newton import Assembly, Status
 from mechlab.mechanism.warm_start import PoseEquations, TreeEquations, WarmStart, largest
+from mechlab.values import in_unit, short
 
 NEAR = 1e-9
 """Largest residual [m or rad] at a pose of numpy that an engine's own Newton step may start from."""
@@ -102,7 +103,7 @@ class Closer:
     def __init__(
         self, mechanism: Mechanism, names: Sequence[str], engine_name: str = "numpy", frames: Sequence[str] = ()
     ) -> None:
-        self.mechanism, self.names, self.frames = mechanism, tuple(names), tuple(frames)
+        self.mechanism, self.names, self.frames = mechanism, tuple(dict.fromkeys(map(str, names))), tuple(frames)
         for name in self.frames:
             mechanism.frame(name)
         self.engine: Engine = engine(engine_name)
@@ -136,29 +137,33 @@ class Closer:
 
         Raises MechlabError for names that the closer was not made for, NoSolution for rates that contradict the closure.
         """
+        if values is not None and not isinstance(values, Mapping):
+            raise MechlabError(f"{self.mechanism.name}: expected a mapping of names to values, got {short(values)}.")
         asked = given if values is None else dict(values) | given
         if not self.frames and len(asked) == len(self.names) and all(type(asked.get(n)) is float for n in self.names):
             scaled = asked if self.unit == 1.0 else {n: asked[n] / self._lengths[n] for n in self.names}
             return self._plain(self._one(scaled))  # the short way of a loop of poses
         asked = dict(asked)
-        position = {n: asked.pop(n) for n in self.names if n in asked}
+        position = {n: self._number(n, asked.pop(n)) for n in self.names if n in asked}
         if missing := [n for n in self.names if n not in position]:
             raise MechlabError(f"{self.mechanism.name}: the closer needs {', '.join(missing)}.")
         rate, accel = self._rates(asked)
-        shape = np.broadcast_shapes(*(np.shape(x) for x in (*rate.values(), *accel.values())), *self._shapes(position))
+        shapes = [*(np.shape(x) for x in (*rate.values(), *accel.values())), *self._shapes(position)]
+        try:
+            shape = np.broadcast_shapes(*shapes)
+        except ValueError:
+            sizes = ", ".join(str(s) for s in dict.fromkeys(shapes) if s)
+            raise MechlabError(f"{self.mechanism.name}: expected arrays of one length, got the shapes {sizes}.") from None
         if len(shape) > 1:
             raise MechlabError(f"{self.mechanism.name}: expected numbers or arrays of one axis, got the shape {shape}.")
         one = not shape
         count = 1 if one else shape[0]
-        in_unit = {
-            n: np.asarray(x, dtype=float) / self._lengths[n] if self._lengths[n] != 1.0 else x
-            for n, x in position.items()
-        }
+        scaled = {n: x / self._lengths[n] if self._lengths[n] != 1.0 else x for n, x in position.items()}
         if one:
-            found = self._one(in_unit)
+            found = self._one(scaled)
             q, residual, statuses = found.q[None], np.array([found.residual]), [found.status]
         else:
-            q, residual, statuses = self._many_poses(in_unit, count)
+            q, residual, statuses = self._many_poses(scaled, count)
         closed = np.array([s.exit_code == 0 for s in statuses], dtype=bool)
         moving = bool(rate or accel)
         told = self._moved(q, closed, rate, accel, moving) if (moving or self.frames) else None
@@ -169,6 +174,23 @@ class Closer:
             None if told is None or not moving else told.v[pick], None if told is None or not moving else told.a[pick],
             {} if told is None else {n: (p[pick], v[pick], a[pick]) for n, (p, v, a) in told.frames.items()},
         )  # fmt: skip
+
+    def _number(self, key: str, value: Any) -> Any:
+        """What is given for `key`: a float, or an array of floats; text is read as on the command line."""
+        m = self.mechanism
+        if isinstance(value, str):
+            name = key.removesuffix("_rate").removesuffix("_accel")
+            per = {"_rate": "/s", "_accel": "/s2"}.get(key.removeprefix(name), "")
+            value = in_unit(key, value, f"{'m' if is_length(m, name) else 'rad'}{per}")
+        try:
+            array = np.asarray(value, dtype=float)
+        except (TypeError, ValueError):
+            raise MechlabError(f"{m.name}: {key}: expected numbers, got {short(value)}.") from None
+        if not np.isfinite(array).all():
+            raise MechlabError(f"{m.name}: {key}: expected finite numbers, got {short(value)}.")
+        if key.endswith("_rotation") and key not in m.scalar_names and not _are_rotations(array):
+            raise MechlabError(f"{m.name}: {key}: expected rotation matrices (3, 3), frame axes to world.")
+        return array if array.ndim else float(array)
 
     def _plain(self, found: Assembly) -> ClosedPoses:
         """One pose without motion."""
@@ -193,6 +215,8 @@ class Closer:
 
     def _many_poses(self, given: Mapping[str, Any], count: int) -> tuple[Array, Array, list[Status]]:
         """Poses (count, nq), residuals, statuses."""
+        if not count:
+            return np.zeros((0, self._m.nq)), np.zeros(0), []
         targets = self._many.targets(given, count)
         led = close_many(self._many, self._q, targets)
         q, residual, sure = confirmed(self._equations, led, targets)
@@ -229,7 +253,7 @@ class Closer:
                 known = [*self.names, *(f"{n}_{s}" for n in sorted(self._rate_names) for s in ("rate", "accel"))]
                 raise unknown(f"{self.mechanism.name}: quantity", key, known)
             scale = self.unit if is_length(self.mechanism, name) else 1.0
-            (rate if order == "rate" else accel)[name] = np.asarray(value, dtype=float) / scale
+            (rate if order == "rate" else accel)[name] = np.asarray(self._number(key, value)) / scale
         return rate, dict.fromkeys((*rate, *accel), 0.0) | accel
 
     def _moved(
@@ -245,13 +269,14 @@ class Closer:
             return Motions(v, a, told)
 
         def there(given: Mapping[str, Any]) -> dict[str, Any]:
-            return {n: x[closed] if np.ndim(x) else x for n, x in given.items()}
+            return {n: np.broadcast_to(x, count)[closed] if np.ndim(x) else x for n, x in given.items()}
 
         found = self.engine.motions(m).at(q[closed], there(rate), there(accel), self.frames, moving)
         if not found.solved.all():
             k = int(np.flatnonzero(~found.solved)[0])
+            names = ", ".join(dict.fromkeys((*rate, *accel)))
             raise NoSolution(
-                f"{m.name}: the rates of {', '.join((*rate, *accel))} contradict the closure at pose {np.flatnonzero(closed)[k]}: "
+                f"{m.name}: the rates of {names} contradict the closure at pose {np.flatnonzero(closed)[k]}: "
                 "give as many as there are freedoms, away from singular poses."
             )
         v[closed], a[closed] = found.v * self._v_units, found.a * self._v_units
@@ -267,6 +292,14 @@ class Closer:
             np.shape(x)[: np.ndim(x) - (2 if n.endswith("_rotation") and np.ndim(x) > 1 else 0)]
             for n, x in position.items()
         ]
+
+
+def _are_rotations(matrices: Array) -> bool:
+    """True for a rotation matrix (3, 3), or n of them, to 1e-9."""
+    if matrices.ndim not in (2, 3) or matrices.shape[-2:] != (3, 3):
+        return False
+    off = matrices @ np.swapaxes(matrices, -1, -2) - np.eye(3)
+    return bool(np.abs(off).max(initial=0.0) <= 1e-9 and np.all(np.linalg.det(matrices) > 0.0))
 
 
 def confirmed(equations: PoseEquations, led: ManyClosed, targets: Sequence[Array]) -> tuple[Array, Array, Mask]:

@@ -160,6 +160,23 @@ class PlotRecipe:
 
 
 @dataclass(frozen=True)
+class Outside:
+    """A number from outside of the lab: printed in a source, or derived by a formula that stands there.
+
+    text: what it is; expected(parameters) by the outside formula; measured(parameters, motion) reads the same off the motion of one
+    witness along the stated path, a mapping from the name of a quantity to its values (n,), see `mechlab.kit.path_motion`.
+    tolerance: in its unit, of the formula (the printed digits, the terms that it leaves out).
+    """
+
+    text: str
+    unit: str
+    expected: Callable[[Any], float]
+    measured: Callable[[Any, Mapping[str, Array]], float]
+    tolerance: float
+    source: str
+
+
+@dataclass(frozen=True)
 class Entry:
     """An entry of the catalog, which a catalog file exports.
 
@@ -175,6 +192,8 @@ class Entry:
     sliders: up to two parameters (lengths) that the page of explore mode can change.
     file: the model file of somebody's own that the mechanism was read from.
     workspace: the region of reachable poses; without it, a workspace is found by asking a question at every node.
+    family: what people look for it under; origin: who invented it, and when; use: what it is for, in a sentence.
+    outside: numbers from outside of the lab, each a check too.
     """
 
     name: str
@@ -203,3 +222,7 @@ class Entry:
     formulas: str = ""
     sources: tuple[str, ...] = ()
     file: ModelFile | None = None
+    family: str = ""
+    origin: str = ""
+    use: str = ""
+    outside: tuple[Outside, ...] = ()

@@ -11,6 +11,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any, TypeVar, get_type_hints
 
 from mechlab.errors import MechlabError, unknown
@@ -68,6 +69,12 @@ def parameter(
 
 def describe(cls: type[Any]) -> tuple[ParameterInfo, ...]:
     """The parameters of a parameter class, in order."""
+    known: Any = cls
+    return _described(known)
+
+
+@lru_cache(maxsize=256)
+def _described(cls: Any) -> tuple[ParameterInfo, ...]:
     hints = get_type_hints(cls)
     return tuple(_info(f, hints[f.name]) for f in fields(cls))
 

@@ -7,15 +7,16 @@ joint `L_joint`; a slide S gives the joint `S_slide`. Points become frames.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 
 import numpy as np
 
 from mechlab.analytic.linkage import Linkage, Motion, Step
 from mechlab.kit.planar_looks import Looks, bracket, strokes
 from mechlab.mechanism import Builder, Inertia, Mechanism, Placement, prismatic, revolute
-from mechlab.mechanism.geometry import Array, axis_rotation
+from mechlab.mechanism.geometry import IDENTITY, Array, axis_rotation
 from mechlab.mechanism.parts import GROUND
 
 AXIS = "-y"
@@ -69,8 +70,8 @@ class _Planar:
         own = {name: float(slide.x) for name, slide in motion.slides.items()}
         self.looks = Looks(style.width, strokes(linkage, inputs, own))
 
-    def bodies_of(self, link: str, pin: str, tips: list[complex]) -> None:
-        """A link on a pin, with rods to its tips."""
+    def bodies_of(self, link: str, pin: str, tips: list[complex], phase: float = 0.0) -> None:
+        """A link on a pin, with rods to its tips; its coordinate counts from the angle `phase`, for gears."""
         parent, at = self.where[pin]
         style = self.style
         absolute = angle_name(link, style)
@@ -81,11 +82,14 @@ class _Planar:
         for tip in tips:
             end = (tip.real, 0.0, tip.imag)
             inertia = inertia + Inertia.rod(style.mass_per_length * abs(tip), (0.0, 0.0, 0.0), end, style.radius)
-        self.builder.body(link, revolute(joint, AXIS), parent=parent, at=(at.real, 0.0, at.imag), inertia=inertia)
+        turned = Placement.of(axis_rotation((0.0, -1.0, 0.0), phase), (0.0, 0.0, 0.0)) if phase else IDENTITY
+        self.builder.body(
+            link, revolute(joint, AXIS, zero=phase), parent=parent, at=(at.real, 0.0, at.imag), turned=turned, inertia=inertia
+        )
         self.looks.link(link, parent, at, tips)
         self.path[link] = (*self.path[parent], joint)
         self.turn[link] = value
-        self.guess[joint] = value - self.turn[parent]
+        self.guess[joint] = value - self.turn[parent] - phase
         if parent != GROUND:
             turning = [n for n in self.path[link] if not n.endswith("_slide")]
             rest = value - sum(self.guess[n] for n in turning)  # constant angles of slots
@@ -108,6 +112,14 @@ class _Planar:
         self.builder.loop(f"pin_{name}", a[0], b[0], at_a, at_b)
         self.looks.join(a, b)
 
+    def gears(self, link: str, other: str, ratio: Fraction) -> None:
+        """A link that turns `ratio` times as fast as another one, both seen from the ground."""
+        terms = {n: Fraction(1) for n in self.path[link] if not n.endswith("_slide")}
+        for n in self.path[other]:
+            if not n.endswith("_slide"):
+                terms[n] = terms.get(n, Fraction(0)) - ratio
+        self.builder.relation(f"gears_{link}", **{n: c for n, c in terms.items() if c})
+
     def on_rail(
         self, name: str, body: str, parent: str, foot: complex, angle: float, value: float, lift: float
     ) -> None:
@@ -128,8 +140,10 @@ def mechanism_of(
     style: Style | None = None,
     summary: str = "",
     motion: Motion | None = None,
+    finish: Callable[[Builder], object] | None = None,
 ) -> Mechanism:
     """The Mechanism of a linkage, its reference pose assembled at the `inputs` (crank -> angle) in the linkage's modes.
+    finish(builder) adds springs and the like.
 
     Raises NoSolution where it does not assemble there, MechlabError as the Builder does.
     """
@@ -152,6 +166,8 @@ def mechanism_of(
     held = [angle_name(n, style) for n in linkage.inputs]
     for name in held:
         plan.builder.drive(name, stiffness=style.drive_stiffness, damping=style.drive_damping)
+    if finish:
+        finish(plan.builder)
     return plan.builder.assemble(plan.guess, hold=held)
 
 
@@ -159,9 +175,11 @@ def _add(plan: _Planar, s: Step) -> None:
     m = plan.motion
     if s.kind == "pivot":
         plan.where[s.name] = (GROUND, complex(*s.sizes))
-    elif s.kind == "crank":
-        plan.bodies_of(s.name, s.uses[0], [complex(s.sizes[0])])
+    elif s.kind in ("crank", "geared"):
+        plan.bodies_of(s.name, s.uses[0], [complex(s.sizes[0])], s.sizes[2] if s.kind == "geared" else 0.0)
         plan.where[s.makes[1]] = (s.name, complex(s.sizes[0]))
+        if s.kind == "geared":
+            plan.gears(s.name, s.uses[1], s.sizes[1])
     elif s.kind == "point":
         distance, angle = s.sizes
         plan.where[s.name] = (s.uses[0], complex(distance * np.exp(1j * angle)))

@@ -14,7 +14,7 @@ from mechlab.analytic.linkage import Linkage, Motion
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.entry import Check, CheckResult, SceneRecipe
 from mechlab.experiment.laws import ComputedTorque
-from mechlab.experiment.motion import Ramp
+from mechlab.experiment.motion import PrescribedMotion, Ramp, Sine
 from mechlab.experiment.question import Answer, Question, with_rates
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings
@@ -23,7 +23,7 @@ from mechlab.kit.checks import by_witnesses, closed_form_recording, driven_run
 from mechlab.kit.planar_build import Style, coordinates, mechanism_of
 from mechlab.kit.planar_mass import compare_planar
 from mechlab.kit.questions import RATES, by_engines, not_assembled, with_orders
-from mechlab.mechanism import Mechanism, Status
+from mechlab.mechanism import Builder, Mechanism, Status
 from mechlab.mechanism.geometry import Array
 
 START_OFFSET = 1e-3
@@ -39,7 +39,8 @@ FREE = Settings(timestep=2.5e-4)
 class Planar:
     """A planar linkage as an entry. linkage(p): the chain in the assembly modes of the parameters; start(p): crank ->
     angle of the reference pose [rad]; style(p): masses and dimensions; speeds(p): crank -> rate of the driven scene
-    [rad/s]. points, links, slides: those that the question answers."""
+    [rad/s]. points, links, slides: those that the question answers. finish(p, builder): adds springs and the like before the
+    reference pose is closed. motions(p): crank -> its motion in the driven scene, instead of an even turn."""
 
     name: str
     summary: str
@@ -51,6 +52,8 @@ class Planar:
     cranks: tuple[str, ...] = ("crank",)
     links: tuple[str, ...] = ()
     slides: tuple[str, ...] = ()
+    finish: Callable[[Any, Builder], object] | None = None
+    motions: Callable[[Any], dict[str, PrescribedMotion]] | None = None
 
     # -- the mechanism -------------------------------------------------------------------------------------------------
 
@@ -143,12 +146,11 @@ class Planar:
 
         def make(name: str) -> Callable[[Any, str], Scene]:
             def scene(p: Any, fidelity: str) -> Scene:
-                start = {f"{c}_angle": a for c, a in self.start(p).items()}
-                speed = {f"{c}_angle": w for c, w in self.speeds(p).items()}
-                turn = max((2 * np.pi / abs(w) for w in speed.values() if w), default=1.0)
-                ramps = tuple((n, Ramp(start[n], speed[n])) for n in start)
-                law = ComputedTorque(tuple(start), ramps, ((1e4, 200.0),) * len(start))
+                moves = self._driven(p)
+                start, speed = ({n: float(m.at(0.0)[k]) for n, m in moves.items()} for k in (0, 1))
+                law = ComputedTorque(tuple(start), tuple(moves.items()), ((1e4, 200.0),) * len(start))
                 laws = (law,) if name == "driven-crank" else ()
+                turn = max((_period(m) for m in moves.values()), default=1.0)
                 if laws:
                     return Scene(name, fidelity, turn, laws, start, speed, tolerance=1e-5, settings=DRIVEN)
                 return Scene(name, fidelity, 2.0, (), start, speed, tolerance=1e-4, settings=FREE, drives="free")
@@ -164,6 +166,12 @@ class Planar:
             ),
         }
 
+    def _driven(self, p: Any) -> dict[str, PrescribedMotion]:
+        if self.motions:
+            return {f"{c}_angle": m for c, m in self.motions(p).items()}
+        speeds = self.speeds(p)
+        return {f"{c}_angle": Ramp(a, speeds[c]) for c, a in self.start(p).items()}
+
     def reference(self, p: Any, scene: Scene) -> Recording:
         """The driven scene in closed form. Raises MechlabError for any other scene."""
         law = scene.laws[0] if scene.laws else None
@@ -172,10 +180,8 @@ class Planar:
         m, chain = self.build(p, "minimal"), self.linkage(p)
         t = np.linspace(0.0, scene.duration, 1441)
         inputs: dict[str, Any] = {}
-        for name, ramp in law.commands:
-            assert isinstance(ramp, Ramp)
-            angle = ramp.value + ramp.rate * t
-            inputs[name.removesuffix("_angle")] = (angle, np.full(len(t), ramp.rate), np.zeros(len(t)))
+        for name, motion in law.commands:
+            inputs[name.removesuffix("_angle")] = tuple(np.array([motion.at(float(x)) for x in t]).T)
         return closed_form_recording(
             m, scene, t, *coordinates(m, chain, chain.solve(**inputs).require(), self.style(p))
         )
@@ -217,9 +223,17 @@ class Planar:
         return driven_run(self.build(p, "minimal"), scene, self.reference, p, 0.37)
 
 
+def _period(motion: PrescribedMotion) -> float:
+    """The time of a turn or of a swing there and back [s]; 1 of what stands still."""
+    speed = motion.frequency if isinstance(motion, Sine) else abs(motion.at(0.0)[1])
+    return 2.0 * np.pi / speed if speed else 1.0
+
+
 @lru_cache(maxsize=64)
 def _built(kit: Planar, p: Any) -> Mechanism:
-    return mechanism_of(kit.linkage(p), kit.start(p), kit.style(p), kit.summary)
+    finish = kit.finish
+    more = (lambda b: finish(p, b)) if finish else None
+    return mechanism_of(kit.linkage(p), kit.start(p), kit.style(p), kit.summary, finish=more)
 
 
 def _listed(kit: Planar, chain: Linkage, inputs: Mapping[str, Any]) -> tuple[dict[str, Any], ...]:

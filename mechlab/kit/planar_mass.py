@@ -42,7 +42,7 @@ def rods(chain: Linkage) -> Iterator[tuple[str, str]]:
     """
     pointed = {s.uses[0] for s in chain.steps if s.kind == "point"}
     for s in chain.steps:
-        if s.kind in ("crank", "RRP"):
+        if s.kind in ("crank", "geared", "RRP"):
             yield s.makes[0], s.makes[1]
         elif s.kind == "point":
             yield s.uses[0], s.name

@@ -7,6 +7,7 @@ from mechlab.lab.sheet import parameter_rows
 from mechlab.mechanism.structure import structure
 from mechlab.studies.check.check import CheckReport
 from mechlab.studies.check.claims import ClaimReport
+from mechlab.studies.outside import HEADERS, outside_numbers
 from mechlab.tables import markdown, number
 
 CHARTED = ("andrews", "bricard", "flyball", "fourbar", "n_fourbar")
@@ -20,8 +21,9 @@ def model_sheet(design: Design, checks: CheckReport, claims: ClaimReport, pictur
     """
     entry = design.entry
     lines = [f"# {entry.title}", "", f"![{entry.title}]({picture})", "", entry.summary, ""]
-    if entry.chain:
-        lines += [f"Chain: {entry.chain}.", ""]
+    for label, said in (("Use", entry.use), ("Origin", entry.origin), ("Chain", entry.chain)):
+        if said:
+            lines += [f"{label}: {said.rstrip('.')}.", ""]
     lines += ["## Degrees of freedom", ""]
     rows = []
     for level, text in entry.fidelities.items():
@@ -54,6 +56,8 @@ def model_sheet(design: Design, checks: CheckReport, claims: ClaimReport, pictur
         drawn = f"../../assets/chart_{entry.name}.svg"
         lines += ["## Speed against accuracy", "", f"![What each method costs and how wrong it is]({drawn})", ""]
         lines += [f"Made by `mechlab chart {entry.name} -o assets/chart_{entry.name}.svg`.", ""]
+    if entry.outside:
+        lines += ["## Numbers from outside", "", markdown(HEADERS, [x.row for x in outside_numbers(entry)]), ""]
     outcome = []
     for o in checks.outcomes:
         witnesses = ", ".join(o.measured.values) if o.measured else "-"

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
+from mechlab.analytic import burmester
 from mechlab.analytic import gear_linkage as linkage
 from mechlab.analytic.differential.train import closed_differential_teeth
 from mechlab.analytic.planetary_synthesis import series_planets
@@ -80,6 +81,14 @@ class _Given:
         if written != unit or not math.isfinite(out):
             raise MechlabError(f"synthesize {self.task}: {key}: expected a finite number [{unit}], got {value!r}.")
         return out
+
+    def numbers(self, key: str, unit: str, count: int) -> list[float]:
+        """A list of `count` finite numbers."""
+        value = self._raw(key, None, "a,b,c ...")
+        items = list(value.points()) if isinstance(value, Range) else list(value) if hasattr(value, "__iter__") else [value]
+        if len(items) != count or isinstance(value, str):
+            raise MechlabError(f"synthesize {self.task}: {key}: expected {count} numbers [{unit}], got {len(items)}.")
+        return [_Given(self.task, {key: x}).number(key, unit) for x in items]
 
     def ratio(self, key: str) -> Fraction:
         return as_fraction(self._raw(key, None, "a ratio such as 6 or 17/3"), f"synthesize {self.task}: {key}")
@@ -180,6 +189,28 @@ def gear_linkage(given: _Given) -> SynthesisResult:
     return _found(given.task, text, data | row | {"regime": report.regime.value}, [row])
 
 
+def motion(given: _Given) -> SynthesisResult:
+    """Four-bars whose coupler passes through five positions exactly: see `mechlab.analytic.burmester`."""
+    x, y = (given.numbers(k, "m", burmester.POSITIONS) for k in ("x", "y"))
+    angles = given.numbers("angle", "rad", burmester.POSITIONS)
+    places = [complex(a, b) for a, b in zip(x, y, strict=True)]
+    found = burmester.leading_fourbars(places, angles)
+    solutions = []
+    for f in found:
+        row: dict[str, Any] = {}
+        for name, dyad in (("driver", f.first), ("follower", f.second)):
+            row |= {f"{name}_pivot_x": dyad.pivot.real, f"{name}_pivot_y": dyad.pivot.imag, name: dyad.length}
+            row |= {f"{name}_pin_x": dyad.point.real, f"{name}_pin_y": dyad.point.imag}
+        solutions.append(row | {"coupler": f.coupler, "one_mode": f.same_mode})
+    data = {"count": len(found), "solutions": solutions}
+    if not found:
+        text = "no four-bar leads a body through these five positions: they have no real circle points; change one of them a little"
+        return SynthesisResult(given.task, Status.OUT_OF_REACH, text, data)
+    kept = sum(f.same_mode for f in found)
+    text = f"{len(found)} four-bars pass through the five positions, {kept} of them without being taken apart; pins in the axes of the body"
+    return _found(given.task, text, data, solutions)
+
+
 def closed_differential(given: _Given) -> SynthesisResult:
     """Teeth of the closed differential for the ratios with one block braked."""
     first, second = given.ratio("ratio_36_braked"), given.ratio("ratio_14_braked")
@@ -234,6 +265,7 @@ def _found(task: str, message: str, data: Mapping[str, Any], solutions: list[dic
 
 
 TASKS: dict[str, tuple[tuple[str, ...], Callable[[_Given], SynthesisResult]]] = {
+    "motion": (("x", "y", "angle"), motion),
     "planetary": (("ratio", "planets", "z1", "z2", "z3", "z4", "pressure_angle_max", "limit"), planetary),
     "gear_linkage": (("coupler", "rocker", "idler_radius", "frame", "mode", *linkage.TARGETS), gear_linkage),
     "closed_differential": (

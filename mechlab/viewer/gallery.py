@@ -1,8 +1,10 @@
-"""The gallery: one page that shows every mechanism, and links to its run, its sliders and its sheet. Static files only."""
+"""The gallery: one page that shows every mechanism by family, with a search, and links to its run, its sliders and its sheet. Static files
+only."""
 
 from __future__ import annotations
 
 import base64
+import hashlib
 import html
 import io
 from collections.abc import Sequence
@@ -19,7 +21,7 @@ THUMBNAIL = (720, 540)
 @dataclass(frozen=True, eq=False)
 class Exhibit:
     """One mechanism: name (of its folder), title, one sentence, picture (PNG bytes), sheet (HTML that is already escaped),
-    whether there is a page to explore, and the plots of its run (SVG, or none)."""
+    whether there is a page to explore, the plots of its run (SVG, or none), and its family ("" for none)."""
 
     name: str
     title: str
@@ -28,6 +30,7 @@ class Exhibit:
     sheet: str
     explorable: bool
     motion: str = ""
+    family: str = ""
 
 
 def write_gallery(exhibits: Sequence[Exhibit], folder: Path) -> Path:
@@ -40,9 +43,42 @@ def write_gallery(exhibits: Sequence[Exhibit], folder: Path) -> Path:
         write(folder / exhibit.name / "picture.png", exhibit.picture)
         write(folder / exhibit.name / "sheet.html", sheet_page(exhibit))
     write(folder / "gallery.png", contact_sheet([(e.title, e.picture) for e in exhibits]))
-    cards = "\n".join(_card(e) for e in exhibits)
-    text = _fill("gallery.html", {"style": asset("gallery.css"), "count": str(len(exhibits)), "cards": cards})
-    return write(folder / "index.html", text)
+    script = asset("gallery.js")
+    parts = {
+        "style": asset("gallery.css"), "count": str(len(exhibits)), "cards": _sections(exhibits), "families": _families(exhibits),
+        "script": script, "hash": base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii"),
+    }  # fmt: skip
+    return write(folder / "index.html", _fill("gallery.html", parts))
+
+
+def _by_family(exhibits: Sequence[Exhibit]) -> dict[str, list[Exhibit]]:
+    """The exhibits of each family, in the order in which they come."""
+    out: dict[str, list[Exhibit]] = {}
+    for exhibit in exhibits:
+        out.setdefault(exhibit.family, []).append(exhibit)
+    return out
+
+
+def _heading(family: str) -> str:
+    """ "straight-line" -> "Straight line"."""
+    return html.escape(family.replace("-", " ").capitalize())
+
+
+def _families(exhibits: Sequence[Exhibit]) -> str:
+    """Links to the sections; none where there is one family only."""
+    found = _by_family(exhibits)
+    links = [f'<a href="#{html.escape(f, quote=True)}">{_heading(f)} <small>{len(e)}</small></a>' for f, e in found.items() if f]
+    return "".join(links) if len(found) > 1 else ""
+
+
+def _sections(exhibits: Sequence[Exhibit]) -> str:
+    """A section of cards for each family."""
+    out = []
+    for family, group in _by_family(exhibits).items():
+        title = f"<h2>{_heading(family)}</h2>" if family else ""
+        cards = "\n".join(_card(e) for e in group)
+        out.append(f'<section id="{html.escape(family, quote=True)}">{title}<div class="cards">\n{cards}\n</div></section>')
+    return "\n".join(out)
 
 
 def sheet_page(exhibit: Exhibit) -> str:
@@ -113,10 +149,11 @@ def _drawing(exhibit: Exhibit) -> str:
 
 def _card(exhibit: Exhibit) -> str:
     title, folder = html.escape(exhibit.title), html.escape(exhibit.name, quote=True)
+    words = html.escape(f"{exhibit.name} {exhibit.title} {exhibit.family} {exhibit.sentence}".lower(), quote=True)
     return (
-        f'<article><a class="picture" href="{folder}/run.html" tabindex="-1" aria-hidden="true">'
+        f'<article data-words="{words}"><a class="picture" href="{folder}/run.html" tabindex="-1" aria-hidden="true">'
         f'<img src="{data_address(exhibit.picture)}" alt="" loading="lazy"></a>'
-        f"<h2>{title}</h2><p>{html.escape(exhibit.sentence)}</p>"
+        f"<h3>{title}</h3><p>{html.escape(exhibit.sentence)}</p>"
         f'<p class="links">{_links(exhibit, folder + "/")}</p></article>'
     )
 

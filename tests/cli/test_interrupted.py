@@ -134,7 +134,8 @@ def test_a_device_a_link_and_a_full_disk(tmp_path, monkeypatch, capsys):
     assert main([*words, "link.npz"]) == 0
     assert (tmp_path / "link.npz").is_symlink() and load_recording("real.npz").name == "fourbar"
     assert main([*words, "/dev/full", "--json"]) == 1
-    assert json.loads(capsys.readouterr().out.split("CPU\n")[-1])["error"]["message"] == (
+    said = capsys.readouterr().out
+    assert json.loads(said[said.index("\n{") + 1 :])["error"]["message"] == (
         "cannot write /dev/full: No space left on device."
     )
     assert not Path("/dev/full").is_file()

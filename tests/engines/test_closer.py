@@ -247,6 +247,33 @@ def test_what_is_wrong_is_named() -> None:
         ml.load("fourbar").closer("crnk")
 
 
+def test_values_that_are_no_numbers_are_refused_by_name() -> None:
+    closer = ml.load("fourbar").closer("crank_angle")
+    for value in (None, "x", 1j, "37mm", [1.0, math.nan], [[1.0]]):
+        with pytest.raises(MechlabError, match="crank_angle|shape"):
+            closer(crank_angle=value)
+    with pytest.raises(MechlabError, match="crank_angle_rate: expected finite"):
+        closer(crank_angle=1.0, crank_angle_rate=math.nan)
+    with pytest.raises(MechlabError, match=r"one length, got the shapes \(3,\), \(2,\)"):
+        closer(crank_angle=[1.0, 2.0], crank_angle_rate=[1.0, 2.0, 3.0])
+    with pytest.raises(MechlabError, match="mapping"):
+        closer(1.0)  # type: ignore[arg-type]
+
+
+def test_text_with_a_unit_and_no_poses_at_all() -> None:
+    closer = ml.load("fourbar").closer("crank_angle")
+    assert closer(crank_angle="45deg").q.tolist() == closer(crank_angle=math.pi / 4.0).q.tolist()
+    none = closer(crank_angle=[], crank_angle_rate=1.0)
+    assert none["rocker_angle"].shape == none["rocker_angle_rate"].shape == (0,) and none.status == ()
+
+
+@pytest.mark.parametrize("matrix", [np.zeros((3, 3)), 2.0 * np.eye(3), -np.eye(3), np.eye(2)])
+def test_only_rotations_are_rotations(matrix: np.ndarray) -> None:
+    closer = ml.load("delta6").closer("D_x", "D_y", "D_z", "D_rotation", fidelity="minimal")
+    with pytest.raises(MechlabError, match="rotation matrices"):
+        closer(D_x=0.05, D_y=0.0, D_z=0.1, D_rotation=matrix)
+
+
 def test_a_point_can_be_given() -> None:
     design = ml.load("delta6")
     closer = design.closer("D_x", "D_y", "D_z", "D_rotation", fidelity="minimal", frames=["D"])

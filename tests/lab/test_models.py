@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from mechlab import api, catalog
+from mechlab.studies.outside import catalog_table
 from tests.same_files import difference
 
 MODELS = Path(__file__).parents[2] / "models"
@@ -27,6 +28,17 @@ def test_models_are_current(name: str, tmp_path: Path) -> None:
     assert set(kept) == set(made) | PICTURES, how
     stale = {str(f): found for f, path in made.items() if (found := difference(kept[f], path))}
     assert not stale, f"{stale}; {how}"
+
+
+@pytest.mark.slow
+def test_the_table_of_numbers_from_outside_is_current(tmp_path: Path) -> None:
+    made = tmp_path / "README.md"
+    made.write_text(catalog_table([catalog.entry(n) for n in catalog.NAMES]))
+    assert not difference(MODELS / "README.md", made), "run: mechlab generate --catalog -o models"
+
+
+def test_the_models_stay_below_forty_megabytes() -> None:
+    assert sum(p.stat().st_size for p in MODELS.rglob("*") if p.is_file()) < 40e6
 
 
 def test_pictures_show_something() -> None:

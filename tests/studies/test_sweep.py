@@ -207,3 +207,9 @@ def test_options_of_runs_are_refused_where_a_sweep_asks_or_checks(capsys: pytest
 def test_trusted_is_a_quantity_where_the_first_run_fails_too() -> None:
     found = ml.sweep("n_fourbar", {"rocker_0_rate_0": [-1.0, -2.0]}, ["trusted"], scene="fall", duration=0.05)
     assert found["trusted"][0] == 1.0 and found.outcome.tolist() == [0, 4]
+
+
+@pytest.mark.parametrize("wrong", [{"timestep": float("nan")}, {"duration": float("inf")}, {"timestep": "1deg"}])
+def test_times_of_a_sweep_are_refused_by_name(wrong: dict) -> None:
+    with pytest.raises(MechlabError, match=f"{next(iter(wrong))}: expected a"):
+        ml.sweep("fourbar", crank=[0.1, 0.11], quantities=["rocker_angle"], **({"duration": 0.01} | wrong))

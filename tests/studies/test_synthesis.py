@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from mechlab import api
+from mechlab.analytic import fourbar as closed_form
 from mechlab.cli import main
 from mechlab.errors import MechlabError
 from mechlab.values import Range
@@ -150,3 +151,15 @@ def test_tuple_list_and_range_of_teeth_mean_the_same() -> None:
         for z1 in ((18, 19, 20), [18, 19, 20], range(18, 21), np.arange(18, 21), Range(18, 20), Range(18, 20, 3))
     ]
     assert all(x == found[0] for x in found) and found[0]["count"]
+
+
+def test_a_motion_through_five_positions_gives_back_its_fourbar(capsys: pytest.CaptureFixture[str]) -> None:
+    """Positions of the coupler of a known four-bar, its frame in the crank pin: crank .1, coupler .3, rocker .25, ground .3."""
+    crank = np.linspace(0.3, 1.5, 5)
+    turn = closed_form.solve(0.1, 0.3, 0.25, 0.3, crank).coupler_angle
+    given = [f"{k}={','.join(map(repr, v.tolist()))}" for k, v in (("x", 0.1 * np.cos(crank)), ("y", 0.1 * np.sin(crank)), ("angle", turn))]
+    found = document(capsys, 0, "motion", *given)["solutions"]
+    ours = [s for s in found if abs(s["driver"] - 0.1) < 1e-7 and abs(s["follower"] - 0.25) < 1e-7 and s["one_mode"]]
+    assert len(ours) == 1 and ours[0]["coupler"] == pytest.approx(0.3, abs=1e-7)
+    assert (ours[0]["follower_pivot_x"], ours[0]["follower_pivot_y"]) == pytest.approx((0.3, 0.0), abs=1e-7)
+    assert "expected 5 numbers" in document(capsys, 1, "motion", "x=1,2", "y=1,2", "angle=0,1")["error"]["message"]

@@ -44,6 +44,24 @@ def test_the_gallery_links_what_exists_and_loads_nothing(tmp_path: Path) -> None
     assert (tmp_path / "b" / "picture.png").read_bytes() == png()
 
 
+@pytest.mark.browser
+def test_the_gallery_is_searched_and_has_families(tmp_path: Path, browser: Any) -> None:
+    exhibits = [
+        Exhibit(n, t, s, png(), "", False, "", f)
+        for n, t, s, f in (("a", "Watt's linkage", "Goes straight.", "straight-line"), ("b", "Delta", "A robot.", "parallel-robot"))
+    ]
+    page = browser.new_page()
+    wrong: list[str] = []
+    page.on("console", lambda m: wrong.append(m.text) if m.type == "error" else None)
+    page.goto(write_gallery(exhibits, tmp_path).as_uri())
+    assert page.locator("nav a").all_inner_texts() == ["Straight line 1", "Parallel robot 1"]
+    page.fill("#search", "ROBOT delta")
+    assert [page.locator("article").nth(k).is_visible() for k in (0, 1)] == [False, True]
+    assert not page.locator("section").nth(0).is_visible() and page.locator("#found").inner_text() == "1 of 2"
+    page.fill("#search", "")
+    assert page.locator("article").nth(0).is_visible() and not wrong
+
+
 def test_several_mechanisms_are_made_at_once_and_stand_in_their_order(tmp_path: Path) -> None:
     """The files of two processes are those that one makes."""
     names, told = ["planetary", "pendulum"], []

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from typing import Any, Self
 
 import numpy as np
@@ -45,6 +46,13 @@ class LinkageDescription:
     def crank(self, name: str, pivot: str, pin: str, length: float) -> Self:
         """A driven link from `pivot` to the new `pin`: class I. Its input has the link's name."""
         return self._with(Step("crank", name, (pivot,), (name, pin), (length,)))
+
+    def geared(
+        self, name: str, pivot: str, pin: str, length: float, to: str, ratio: Fraction | int, phase: float = 0.0
+    ) -> Self:
+        """A link from `pivot` to the new `pin` that gears, belts or chains couple to the link `to`: its angle is
+        phase + ratio x angle of `to`, both in the plane. ratio: of tooth counts, negative for an external mesh."""
+        return self._with(Step("geared", name, (pivot, to), (name, pin), (length, Fraction(ratio), phase)))
 
     def point(self, name: str, link: str, distance: float, angle: float = 0.0) -> Self:
         """A point of a link, `distance` from its first pin at `angle` from its direction."""
@@ -173,6 +181,14 @@ def _crank(s: Step, m: Motion, given: Mapping[str, Scalar]) -> None:
     m.points[s.makes[1]] = driver(base, s.sizes[0], turn.x, turn.v, turn.a)
 
 
+def _geared(s: Step, m: Motion, given: Mapping[str, Scalar]) -> None:
+    base, other = m.find("point", s.uses[0]), m.find("link", s.uses[1])
+    ratio, phase = float(s.sizes[1]), s.sizes[2]
+    turn = Scalar(phase + ratio * other.x, ratio * other.v, ratio * other.a)
+    m.bases[s.name], m.turns[s.name] = base, turn
+    m.points[s.makes[1]] = driver(base, s.sizes[0], turn.x, turn.v, turn.a)
+
+
 def _point(s: Step, m: Motion, given: Mapping[str, Scalar]) -> None:
     turn = m.find("link", s.uses[0])
     m.points[s.name] = rigid(m.bases[s.uses[0]], turn, *s.sizes)
@@ -268,7 +284,7 @@ def _chosen(group: TwoLoops, s: Step, m: Motion) -> GroupMotion:
 
 
 ACTIONS: dict[str, Action] = {
-    "pivot": _pivot, "crank": _crank, "point": _point, "guide": _guide, "guide_on": _guide_on, "RRR": _rrr, "RRP": _rrp,
+    "pivot": _pivot, "crank": _crank, "geared": _geared, "point": _point, "guide": _guide, "guide_on": _guide_on, "RRR": _rrr, "RRP": _rrp,
     "RPR": _rpr, "PRP": _prp, "RPP": _rpp, "III": _three, "IV": _four,
 }  # fmt: skip
 """Kind of a Step -> the function that adds it to the Motion."""

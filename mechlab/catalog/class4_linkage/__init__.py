@@ -13,6 +13,7 @@ from mechlab.experiment.entry import Entry, PlotRecipe
 ENTRY = Entry(
     name="class4_linkage",
     title="Class IV linkage",
+    family="linkage",
     summary="Planar linkage with an Assur group of class IV: every assembly mode, limit positions, a driven turn.",
     parameters=Class4Parameters,
     build=build,

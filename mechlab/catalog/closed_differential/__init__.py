@@ -18,6 +18,7 @@ FORMULAS = """\
 ENTRY = Entry(
     name="closed_differential",
     title="Closed gear differential",
+    family="gear-train",
     summary="Two carriers joined by two blocks of gears, two freedoms, one input: the gear CVT of the source, on trial.",
     parameters=Parameters,
     build=build,

@@ -56,6 +56,7 @@ def _warnings(p: Delta6Parameters) -> tuple[str, ...]:
 ENTRY = Entry(
     name="delta6",
     title="6-DOF delta with cardan shafts and bevel head",
+    family="parallel-robot",
     summary="Three linear and three rotary drives; six rods, three of them cardan shafts; gears on moving carriers; a bevel head.",
     parameters=Delta6Parameters,
     build=build,

@@ -27,6 +27,7 @@ __all__ = ["ENTRY", "NEAR_CHANGE_POINT", "PRESETS", "Parameters", "build"]
 ENTRY = Entry(
     name="gear_linkage",
     title="Three-gear four-bar",
+    family="dwell",
     summary="Gears on the joints of a four-bar: an output that speeds up, dwells or runs back once a turn.",
     parameters=Parameters,
     build=build,

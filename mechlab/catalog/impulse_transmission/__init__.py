@@ -21,6 +21,7 @@ FORMULAS = """\
 ENTRY = Entry(
     name="impulse_transmission",
     title="Inertial-impulse transmission",
+    family="gear-train",
     summary="Unbalanced planets on a free carrier between two shafts: impulses turn the output against friction and load.",
     parameters=Parameters,
     build=build,

@@ -252,6 +252,7 @@ ENTRY = MOTION.entry(
     ray="ray",
     name="planetary",
     title="Planetary gear with series planets",
+    family="gear-train",
     summary="Sun, two planets in series on each ray, fixed central gear, all meshes external; ratio 1 + z4 / z1.",
     plots=(
         PlotRecipe("input and output speed", ("sun_rate", "carrier_rate")),

@@ -14,6 +14,7 @@ from mechlab.experiment.entry import Entry, PlotRecipe
 ENTRY = Entry(
     name="platform_3rrr",
     title="Planar platform 3-RRR",
+    family="parallel-robot",
     summary="Planar parallel robot (class III): all assembly modes, all working modes.",
     parameters=PlatformParameters,
     build=build,

@@ -9,6 +9,7 @@ from mechlab.experiment.entry import Entry, PlotRecipe
 ENTRY = Entry(
     name="prosthetic_leg",
     title="Above-knee prosthesis with elastic slides",
+    family="walking",
     summary="Planar leg: hip hitch, split thigh and shin, knee, ankle; equations in transition matrices.",
     parameters=Parameters,
     build=build,

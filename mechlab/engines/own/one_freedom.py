@@ -8,6 +8,7 @@ stated error between. Dry friction is smoothed below a small rate, as in the run
 
 from __future__ import annotations
 
+import math
 import platform
 import time
 
@@ -18,7 +19,8 @@ from numpy.typing import ArrayLike
 from mechlab.clock import costed, spent_on
 from mechlab.engines.own.closed_path import choose_path
 from mechlab.engines.protocol import Engine
-from mechlab.errors import NoSolution, unknown
+from mechlab.engines.state import RATE_LIMIT
+from mechlab.errors import MechlabError, NoSolution, unknown
 from mechlab.experiment.energy import energy_finding
 from mechlab.experiment.findings import (
     friction_finding,
@@ -141,11 +143,20 @@ class OneFreedom:
         able = np.array([size for size, _ in self._rough]) * along**2 / inertia
         return sticks(rates[None], (rows @ a)[None], self.width, able)[0], rates
 
+    def refuse_runaway(self, phi: float, w: float) -> None:
+        """Raise NoSolution for a state that is not finite or too fast."""
+        if not (abs(w) < RATE_LIMIT and math.isfinite(phi)):
+            raise NoSolution(f"the rate of {self.coordinate} is {w:.3g}, beyond {RATE_LIMIT:g}; try a smaller timestep")
+
     def terms(self, t: float, y: Array) -> Terms:
-        """The terms of the equation at y = (phi, phi', work, states of laws), and the forces of the laws in `forces`."""
+        """The terms of the equation at y = (phi, phi', work, states of laws), and the forces of the laws in `forces`.
+
+        Raises NoSolution where the motion is too fast for its path to be followed, MechlabError for a force that is not finite.
+        """
         self.evaluations += 1
         count_work(self._price)
         phi, w = float(y[0]), float(y[1])
+        self.refuse_runaway(phi, w)
         q, u, _, (inertia, half_slope, weight, damping) = self.split(self.table(phi))
         self.plant.move(t, q, u, w)
         self.memory.put(self.plant, y[3:])
@@ -154,6 +165,9 @@ class OneFreedom:
         laws.put_states(y[3:])
         forces, applied = laws.forces(t, self.plant)
         self.forces = dict(zip(laws.targets, forces.tolist(), strict=True))
+        for name, f in self.forces.items():
+            if not math.isfinite(f):
+                raise MechlabError(f"{self.mechanism.name}: the laws give {name!r} the force {f} at t = {t:.6g} s.")
         push = float(applied @ u) + float(damping) * w
         for (size, row), width in zip(self._rough, self.width, strict=True):
             along = float(row @ u)
@@ -213,6 +227,7 @@ def _integrate(
                 if not found.complete:
                     return np.array(seen), np.array(out), steps, (float(found.t[-1]), found.outcome.value)
                 state = found.y[-1]
+            model.refuse_runaway(float(state[0]), float(state[1]))
             seen.append(float(t1))
             out.append(state)
     except NoSolution as cause:

@@ -118,16 +118,24 @@ class Equations:
         return force, *plant.accelerations(force)
 
     def instant(self, t: float, y: Array, forward: Forward | None = None) -> Instant:
-        """Accelerations, reactions and forces at a state; forward: what takes the place of `self.forward`."""
+        """Accelerations, reactions and forces at a state; forward: what takes the place of `self.forward`. Errors that laws raise
+        surface. Raises BlowUp where the motion cannot go on."""
         count_work(self.price)
         plant = self.move(t, y)
         try:
             forces, force = self._pushes(t, plant, y)
+        except (np.linalg.LinAlgError, OverflowError) as problem:  # of a state that no law was made for
+            raise BlowUp(t, str(problem)) from problem
+        try:
             force, a, reactions = (forward or self.forward)(force)
         except (MechlabError, np.linalg.LinAlgError, OverflowError, ZeroDivisionError) as problem:
             raise BlowUp(t, str(problem)) from problem
-        if not (math.isfinite(a.dot(a)) or np.isfinite(a).all()):
-            raise BlowUp(t, "the accelerations are not finite (is a law's force not finite?)")
+        with np.errstate(over="ignore"):
+            finite = math.isfinite(a.dot(a)) or np.isfinite(a).all()
+        if not finite:
+            names = ", ".join(n for n, f in zip(self.applied.targets, forces.tolist(), strict=True) if not math.isfinite(f))
+            by = f": the laws give {names} a force that is not finite" if names else ""
+            raise BlowUp(t, f"the accelerations are not finite{by}")
         power = float(force @ plant.v) - plant.passive.loss(plant.kin, plant.v)
         return Instant(a, reactions, dict(zip(self.applied.targets, forces.tolist(), strict=True)), power)
 

@@ -40,6 +40,8 @@ from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import structure
 
 T = TypeVar("T")
+ROUNDING = 100.0 * float(np.finfo(float).eps)
+"""Least error that may be asked for, relative to the size of the mechanism: poses are closed to some tens of roundings."""
 
 
 def solve_to(
@@ -50,7 +52,7 @@ def solve_to(
 
     sparse: steps may be longer than the distance of the outputs, where the motion is smooth. budget: most counted work [s];
     default: `default_budget`.
-    Raises MechlabError for an error that is not positive, NoSolution when no method gets to the end at all.
+    Raises MechlabError for an error that is not positive or below rounding, NoSolution when no method gets to the end at all.
     """
     if not (math.isfinite(max_error) and max_error > 0.0):
         raise MechlabError(f"max_error: expected a number > 0, got {max_error!r}.")
@@ -60,6 +62,9 @@ def solve_to(
         scene = made.scene(scene)
     problem = Problem(made, scene, outputs)
     m = problem.mechanism
+    least = ROUNDING * min(1.0, m.length_scale)
+    if max_error < least:
+        raise MechlabError(f"{m.name}: max_error {max_error:g} is less than rounding leaves of a position; ask for {least:.1g} or more.")
     tree = BatchTree(m) if all(j.nv == 1 for j in m.joints) else None
     measure = ErrorMeasure(problem, tree)
     work = default_budget(scene.duration) if budget is None else budget

@@ -13,7 +13,7 @@ from mechlab.engines.own.closed_path import ClosedPath, choose_path
 from mechlab.engines.own.one_freedom import OneFreedom, run
 from mechlab.engines.pinocchio.runner import run as run_pinocchio
 from mechlab.errors import MechlabError, NoSolution
-from mechlab.experiment.laws import ComputedTorque, Servo
+from mechlab.experiment.laws import ComputedTorque, Constant, Servo
 from mechlab.experiment.motion import Ramp
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.integrate.one_freedom import PathTable
@@ -173,3 +173,13 @@ def test_an_overflow_of_a_coarse_run_is_no_answer_and_no_fault():
     apart = abs(made.channel("rocker_angle")[-1] - truth.channel("rocker_angle")[-1])
     assert made.health.trusted
     assert apart <= made.errors["rocker_angle"] <= 1e-4
+
+
+def test_a_motion_too_fast_to_follow_ends_the_run_and_a_force_that_is_no_number_is_refused():
+    """1e6 N m on the crank: before, the path was closed pose by pose over millions of turns."""
+    m = slider_crank()
+    made = run(m, Scene("hard", "full", 0.1, (Constant("crank", 1e6),)), Settings(engine="one_freedom"))
+    found = made.health.finding("blow_up")
+    assert made.health.exit_code == 3 and "beyond 1e+06" in found.sentence and np.all(np.isfinite(made.v))
+    with pytest.raises(MechlabError, match="the force nan at t = 0"):
+        run(m, Scene("nan", "full", 0.1, (Constant("crank", np.nan),)), Settings(engine="one_freedom"))

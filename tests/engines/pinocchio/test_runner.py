@@ -10,6 +10,7 @@ from samples import fourbar, planetary, scara
 from mechlab.engines.pinocchio.runner import run
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.laws import ComputedTorque, Constant, Harmonic, Servo, TableLaw
+from mechlab.experiment.laws.user import FunctionLaw
 from mechlab.experiment.motion import Hold, Sine
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.mechanism import Builder, Inertia, Mechanism, floating, revolute
@@ -174,6 +175,18 @@ def test_a_law_that_is_not_finite_ends_the_run_at_once():
     always = TableLaw("crank_angle", (0.0, 1.0), (np.nan, np.nan))
     found = run(fourbar(), Scene("nan", "full", 0.5, (always,)), settings())
     assert len(found.t) == 1 and not found.health.trusted
+
+
+def test_errors_of_laws_surface():
+    """As on MuJoCo: what a user's function raises is neither a blow-up nor lost."""
+
+    def broken(t, plant):
+        raise ZeroDivisionError("mine")
+
+    with pytest.raises(ZeroDivisionError, match="mine"):
+        run(fourbar(), Scene("bad", "full", 0.1, (FunctionLaw("crank_angle", broken),)), settings())
+    with pytest.raises(MechlabError, match="must return one number"):
+        run(fourbar(), Scene("bad", "full", 0.1, (FunctionLaw("crank_angle", lambda t, plant: None),)), settings())
 
 
 def test_wrong_input():

@@ -1,0 +1,65 @@
+"""A double wishbone suspension in the plane of the axle: camber over the travel of the wheel."""
+
+from __future__ import annotations
+
+import cmath
+from dataclasses import dataclass
+
+from mechlab.kit.compass import meet
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, parameter, planar_entry
+
+
+@dataclass(frozen=True)
+class Parameters(Bars):
+    """Lower arm O-A, upper arm D-B shorter, upright A-B with the wheel centre W outside."""
+
+    lower: float = parameter(0.38, "m", "lower arm", low=0, strict=True)
+    upper: float = parameter(0.26, "m", "upper arm", low=0, strict=True)
+    upright: float = parameter(0.3, "m", "upright A-B", low=0, strict=True)
+    inward: float = parameter(0.08, "m", "upper pivot outside the lower one, x")
+    above: float = parameter(0.28, "m", "upper pivot above the lower one", low=0, strict=True)
+    bump: float = parameter(0.25, "rad", "travel of the lower arm, up and down", low=0, high=0.5, strict=True)
+
+
+def linkage(p: Parameters) -> Linkage:
+    """Driver, RRR, the wheel centre."""
+    return (
+        Linkage("double_wishbone").pivot("O", 0.0, 0.0).pivot("D", p.inward, p.above)
+        .crank("lower", "O", "A", p.lower)
+        .rrr("B", ("upright", "upper"), ("A", "D"), (p.upright, p.upper), -1)
+        .point("W", "upright", 0.16, -0.9)
+    )  # fmt: skip
+
+
+def camber(p: Parameters) -> float:
+    """Turn of the upright from full droop to full bump, by compasses."""
+    found = []
+    for t in (-p.bump, p.bump):
+        a = cmath.rect(p.lower, t)
+        found.append(cmath.phase(meet(a, p.upright, complex(p.inward, p.above), p.upper, -1) - a))
+    return found[1] - found[0]
+
+
+ENTRY = planar_entry(
+    "double_wishbone", "Double wishbone", "suspension",
+    summary="Two unequal arms guide the upright: the wheel leans inwards as it rises.", use="Suspensions of cars.",
+    origin="Packard, 1935", parameters=Parameters, linkage=linkage, path=lambda p: {"lower_angle": (-p.bump, p.bump)},
+    width=lambda p: 0.06 * p.lower, links=("upright", "upper"), points=("W",), sliders=("upper", "above"),
+    plots=(PlotRecipe("camber", ("upright_angle",)),),
+    outside=(
+        Outside("change of camber from droop to bump", "rad", camber, lambda p, m: float(m["upright_angle"][-1] - m["upright_angle"][0]),
+                1e-9, "ruler and compasses"),
+        # the upright turns about the crossing of the arms: its rate is zero where they are parallel; ratio of rates by the law of sines
+        Outside("instant centre: rate of the upright over the lower arm, in the middle", "", lambda p: pole(p),
+                lambda p, m: float(m["upright_angle_rate"][12] / m["lower_angle_rate"][12]), 1e-9, "Aronhold and Kennedy"),
+    ),
+    chain="R + RRR", formulas="Dyad RRR.", sources=("Milliken, Race Car Vehicle Dynamics, 17",),
+)  # fmt: skip
+
+
+def pole(p: Parameters) -> float:
+    """-lower / (distance of A from the crossing of both arms), with the lower arm level."""
+    a, d = complex(p.lower, 0.0), complex(p.inward, p.above)
+    b = meet(a, p.upright, d, p.upper, -1)
+    slope = (b - d).imag / (b - d).real
+    return -p.lower / (p.inward - p.above / slope - p.lower)

@@ -1,0 +1,117 @@
+"""Building a spatial mechanism from points and axes of the world in its reference pose.
+
+    w = InWorld("bennett")
+    w.link("first", revolute("theta", axis), at=p0, to=[p1])              # hinge at p0, rod to p1
+    w.link("second", revolute("hinge", axis_1), at=p1, to=[p2], parent="first")
+    w.close("last", "second", GROUND, at=p2, kind="revolute", axis=axis_2)
+    m = w.build()
+
+In the reference pose all bodies have the axes of the world, so that every axis and point is given as one sees it there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mechlab.kit.palette import BLUE, DARK, GOLD, ORANGE, ROSE, SLATE, STEEL, TEAL
+from mechlab.mechanism import Builder, Inertia, Placement, shape
+from mechlab.mechanism.geometry import Array, Vector, frame_along
+from mechlab.mechanism.parts import GROUND, Color, Joint, Shape
+
+COLORS = (BLUE, ORANGE, TEAL, ROSE, GOLD, STEEL)
+DENSITY = 1.0
+"""Mass per length of rods [kg/m]."""
+
+
+class InWorld(Builder):
+    """A Builder whose links are given by world points of the reference pose. thick [m]: diameter of rods and size of joints."""
+
+    def __init__(self, name: str, thick: float = 0.01, gravity: Vector = (0.0, 0.0, -9.81), summary: str = "") -> None:
+        super().__init__(name, gravity=gravity, summary=summary)
+        self.thick = thick
+        self.origins: dict[str, Array] = {GROUND: np.zeros(3)}
+
+    def link(
+        self, name: str, *joints: Joint, at: ArrayLike, to: Sequence[ArrayLike] = (), parent: str = GROUND,
+        mass_per_length: float = DENSITY, more: Inertia | None = None, color: Color | None = None,
+        shapes: Sequence[Shape] = (),
+    ) -> InWorld:  # fmt: skip
+        """A body whose joints act at the world point `at` (3,) [m]: uniform round rods from there to each point of `to`. more: an
+        inertia in its axes beside that of the rods; shapes: drawn beside the rods, in its axes."""
+        origin = np.asarray(at, dtype=float)
+        tint = color or COLORS[len(self.bodies) % len(COLORS)]
+        solid, looks = more or Inertia(), list(shapes)
+        for k, point in enumerate(to):
+            tip = np.asarray(point, dtype=float) - origin
+            rod = Inertia.rod(mass_per_length * float(np.linalg.norm(tip)), (0.0, 0.0, 0.0), _v(tip), 0.5 * self.thick)
+            solid = solid + rod
+            looks.append(between((0, 0, 0), tip, 0.5 * self.thick, tint, f"rod_{k}"))
+        looks += [self._pin(j) for j in joints]
+        self.origins[name] = origin
+        self.body(name, *joints, parent=parent, at=_v(origin - self.origins[parent]), inertia=solid, shapes=looks)
+        return self
+
+    def close(
+        self, name: str, a: str, b: str, at: ArrayLike, kind: str = "spherical", axis: ArrayLike = (0.0, 0.0, 1.0)
+    ) -> InWorld:
+        """A loop between two bodies at a world point, its axis in the world."""
+        point, direction = np.asarray(at, dtype=float), _v(np.asarray(axis, dtype=float))
+        self.loop(name, a, b, _v(point - self.origins[a]), _v(point - self.origins[b]), kind, direction)
+        return self
+
+    def mark(self, name: str, body: str, at: ArrayLike) -> InWorld:
+        """A named point of a body, at a world point."""
+        self.frame(name, body, _v(np.asarray(at, dtype=float) - self.origins[body]))
+        return self
+
+    def stand(self, a: ArrayLike, b: ArrayLike) -> InWorld:
+        """A rod of the ground between two world points, to be seen."""
+        self.ground(between(a, b, 0.6 * self.thick, SLATE, "stand"))
+        return self
+
+    def _pin(self, joint: Joint) -> Shape:
+        if joint.kind == "spherical":
+            return shape("sphere", color=DARK, name="ball", radius=0.9 * self.thick)
+        turn = frame_along(joint.axis)
+        wide = self.thick if joint.kind == "revolute" else 0.7 * self.thick
+        return shape("cylinder", Placement.of(turn, (0.0, 0.0, 0.0)), DARK, f"pin_{joint.name}", radius=0.7 * wide, length=3 * wide)
+
+
+def hinges(steps: Sequence[tuple[float, float, float, float]]) -> tuple[list[Array], list[Array]]:
+    """Points (3,) and axes (3,) of the hinges of a chain by Denavit-Hartenberg steps (length, twist, offset, angle) from the origin,
+    its first axis z: turn by the angle and shift by the offset along z, then shift by the length and turn by the twist about x."""
+    frame, points, axes = np.eye(4), list[Array](), list[Array]()
+    for length, twist, offset, turn in steps:
+        points.append(frame[:3, 3])
+        axes.append(frame[:3, 2])
+        c, s, ct, st = math.cos(turn), math.sin(turn), math.cos(twist), math.sin(twist)
+        frame = frame @ np.array(
+            [[c, -s * ct, s * st, length * c], [s, c * ct, -c * st, length * s], [0.0, st, ct, offset], [0.0, 0.0, 0.0, 1.0]]
+        )
+    return points, axes
+
+
+def between(a: ArrayLike, b: ArrayLike, radius: float, color: Color, name: str) -> Shape:
+    """A round rod from a to b (3,) [m]."""
+    p, q = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
+    length = float(np.linalg.norm(q - p))
+    place = Placement.of(frame_along(_v((q - p) / length)), _v(0.5 * (p + q)))
+    return shape("cylinder", place, color, name, radius=radius, length=length)
+
+
+def across(direction: ArrayLike, hint: ArrayLike = (0.0, 0.0, 1.0)) -> tuple[Vector, Vector]:
+    """Two unit vectors at right angles to a direction and to each other, the first at right angles to the hint as well."""
+    d = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
+    first = np.cross(np.asarray(hint, dtype=float), d)
+    if np.linalg.norm(first) < 1e-6:
+        first = np.cross((1.0, 0.0, 0.0), d)
+    first = first / np.linalg.norm(first)
+    return _v(first), _v(np.cross(d, first))
+
+
+def _v(x: Array) -> Vector:
+    return float(x[0]), float(x[1]), float(x[2])

@@ -1,0 +1,118 @@
+"""The motion of a mechanism along its stated path, by one witness: quantities by name at even places of the path.
+
+    motion = EngineMotion("mujoco", m, {"crank_angle": (0.0, 6.28)}, 25)
+    motion["P_x"], motion["rocker_angle_rate"]          # (25,) each
+
+The path is the time from 0 to 1 s; each drive moves evenly from its first value to its last. Quantities are those of the engines
+(`mechlab.kit.quantities`): joints, shafts, NAME_x _y _z of frames, and their rates; DRIVE_force of a single drive, the force [N or N m]
+that holds the mechanism still against gravity and springs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+
+import numpy as np
+
+from mechlab.engines.protocol import engine
+from mechlab.errors import MechlabError, NoSolution, unknown
+from mechlab.mechanism import Mechanism
+from mechlab.mechanism.geometry import Array
+
+Path = Mapping[str, tuple[float, float]]
+"""Joint or shaft -> its value at the beginning and at the end of the path."""
+
+
+HALVINGS = 4
+"""Most halvings of a step between two places."""
+
+
+class NotInClosedForm(MechlabError):
+    """A closed form does not have this quantity."""
+
+
+class ClosedMotion(dict[str, Array]):
+    """The motion that a closed form has computed. Raises NotInClosedForm for a quantity that it does not have."""
+
+    def __missing__(self, name: str) -> Array:
+        raise NotInClosedForm(str(unknown("closed form: quantity", name, self)))
+
+
+class EngineMotion(Mapping[str, Array]):
+    """The motion by one engine, each pose closed from the one before, the first from the reference pose.
+
+    Raises NoSolution where the mechanism does not close, MechlabError for an unknown quantity.
+    """
+
+    def __init__(self, witness: str, m: Mechanism, path: Path, count: int) -> None:
+        self.engine, self.m, self.path = engine(witness), m, path
+        self.places = np.linspace(0.0, 1.0, count)
+        self._frames: dict[str, tuple[Array, Array]] = {}
+
+    @cached_property
+    def q(self) -> Array:
+        """(n, nq) closed coordinates."""
+        poses = [self._closed(0.0, None)]
+        for s, t in zip(self.places[:-1], self.places[1:], strict=True):
+            poses.append(self._on(poses[-1], float(s), float(t), HALVINGS))
+        return np.array(poses)
+
+    def _on(self, q: Array, s: float, t: float, halvings: int) -> Array:
+        """The pose at t from the one at s, through the middle where the way is too far for the solver to keep its mode."""
+        try:
+            return self._closed(t, q)
+        except NoSolution:
+            if not halvings:
+                raise
+        middle = 0.5 * (s + t)
+        return self._on(self._on(q, s, middle, halvings - 1), middle, t, halvings - 1)
+
+    def _closed(self, s: float, start: Array | None) -> Array:
+        given = {n: a + (b - a) * s for n, (a, b) in self.path.items()}
+        found = self.engine.assemble(self.m, given, start=start)
+        if not found.closed:
+            where = ", ".join(f"{n} = {x:.6g}" for n, x in given.items())
+            raise NoSolution(f"{self.m.name}: {self.engine.name}: {found.status.value}, at {where}.")
+        return found.q
+
+    @cached_property
+    def v(self) -> Array:
+        """(n, nv) rates."""
+        speeds = {n: b - a for n, (a, b) in self.path.items()}
+        return np.array([self.engine.rates(self.m, q, speeds) for q in self.q])
+
+    @property
+    def _forces(self) -> tuple[str, ...]:
+        return tuple(f"{n}_force" for n in self.path) if len(self.path) == 1 else ()
+
+    @cached_property
+    def holding(self) -> Array:
+        """(n,) force of the single drive at rest: its power is that of gravity and springs, force x rate = h(q, 0) . v."""
+        ((a, b),) = self.path.values()
+        still = [self.engine.state(self.m, q).bias for q in self.q]
+        return np.sum(np.array(still) * self.v, axis=1) / (b - a)
+
+    def __getitem__(self, key: str) -> Array:
+        m, name = self.m, key.removesuffix("_rate")
+        if name in m.scalar_names:
+            if key != name:
+                return np.asarray(self.v @ m.row(name))
+            return np.array([float(m.value(name, q)) for q in self.q])
+        if key in self._forces:
+            return self.holding
+        frame, _, letter = name.rpartition("_")
+        if letter not in ("x", "y", "z") or frame not in {f.name for f in m.frames}:
+            raise unknown(f"{m.name}: quantity", key, self)
+        if frame not in self._frames:
+            found = [self.engine.frame_motion(m, frame, q, v) for q, v in zip(self.q, self.v, strict=True)]
+            self._frames[frame] = np.array([f[0][:3, 3] for f in found]), np.array([f[1][:3] for f in found])
+        return self._frames[frame][key != name][:, "xyz".index(letter)]
+
+    def __iter__(self) -> Iterator[str]:
+        m = self.m
+        names = (*m.scalar_names, *(f"{f.name}_{x}" for f in m.frames for x in "xyz"))
+        return iter([*names, *(f"{n}_rate" for n in names), *self._forces])
+
+    def __len__(self) -> int:
+        return 2 * (len(self.m.scalar_names) + 3 * len(self.m.frames)) + len(self._forces)

@@ -1,0 +1,279 @@
+"""Entries in the short form: a linkage of dyads, or a Builder, the path of its drives, and a number from outside.
+
+    ENTRY = planar_entry("hoeken", "Hoeken's linkage", "straight-line", parameters=Parameters, linkage=linkage,
+                         path=lambda p: {"crank_angle": (0.0, 6.28)}, outside=(Outside(...),), ...)
+
+Scenes, question and checks follow: poses and rates along the path by every witness, the number from outside by every witness, a
+driven run of MuJoCo against the closed form or against Pinocchio.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from mechlab.analytic.linkage import Linkage
+from mechlab.engines.protocol import WITNESSES, engine
+from mechlab.experiment.entry import Check, CheckResult, Entry, Outside, PlotRecipe, SceneRecipe
+from mechlab.experiment.laws import ComputedTorque
+from mechlab.experiment.motion import PrescribedMotion, Ramp, Sine
+from mechlab.experiment.parameters import parameter
+from mechlab.experiment.scene import Scene, Settings
+from mechlab.kit.path_motion import ClosedMotion, EngineMotion, NotInClosedForm, Path
+from mechlab.kit.planar_build import Style, angle_name
+from mechlab.kit.planar_entry import DRIVEN, FREE, Planar
+from mechlab.mechanism import Builder, Mechanism
+from mechlab.mechanism.geometry import Array
+
+__all__ = ["Bars", "Linkage", "Outside", "PlotRecipe", "builder_entry", "farthest", "parameter", "planar_entry", "ratio", "value_at"]
+
+PLACES = 25
+"""Places of the path at which poses are compared and numbers are read off."""
+GAINS = (1e4, 200.0)
+"""Position gain [1/s2] and velocity gain [1/s] of the drives in the scene driven."""
+
+
+@dataclass(frozen=True)
+class Bars:
+    """What the parameters of every planar entry share; give the lengths in a dataclass below it."""
+
+    mass_per_length: float = parameter(1.0, "kg/m", "mass of the uniform bars", low=0, strict=True)
+    gravity: float = parameter(9.81, "m/s2", "gravity, downwards")
+    speed: float = parameter(6.0, "rad/s", "speed of the drive in the scenes")
+
+
+def farthest(values: Array, target: float) -> float:
+    """The one of the values (n,) that is farthest from the target."""
+    return float(values[np.argmax(np.abs(values - target))])
+
+
+def value_at(
+    name: str, expected: Callable[[Any], float], source: str, place: int = -1, text: str = "", unit: str = "m", tolerance: float = 1e-9
+) -> Outside:
+    """The number from outside that is the value of one quantity at a place of the path, by default its end."""
+    said = text or f"{name} at {'the end' if place == -1 else f'place {place} of the path'}"
+    return Outside(said, unit, expected, lambda p, motion: float(motion[name][place]), tolerance, source)
+
+
+def ratio(motion: Mapping[str, Array], a: str, b: str, place: int = 12) -> float:
+    """Rate of a over that of b at a place of the path."""
+    return float(motion[f"{a}_rate"][place] / motion[f"{b}_rate"][place])
+
+
+def planar_entry(
+    name: str,
+    title: str,
+    family: str,
+    *,
+    summary: str,
+    use: str,
+    origin: str,
+    parameters: type[Any],
+    linkage: Callable[[Any], Linkage],
+    path: Callable[[Any], Path],
+    outside: Sequence[Outside],
+    width: Callable[[Any], float],
+    links: tuple[str, ...] = (),
+    points: tuple[str, ...] = (),
+    slides: tuple[str, ...] = (),
+    plots: Sequence[PlotRecipe] = (),
+    sliders: tuple[str, ...] = (),
+    finish: Callable[[Any, Builder], object] | None = None,
+    servo: tuple[float, float] = (200.0, 2.0),
+    chain: str = "",
+    formulas: str = "",
+    sources: tuple[str, ...] = (),
+) -> Entry:
+    """An Entry of a planar linkage of dyads, groups of class III or IV, and geared cranks; its parameters are `Bars`.
+
+    path(p): crank angle -> first and last value [rad]; the reference pose is its beginning. width(p) [m] of the bars. links, points,
+    slides: those that the question answers. finish(p, builder) adds springs and the like. servo: stiffness [N m/rad] and damping
+    [N m s/rad] of the drives. outside: see `Outside`; the motion of each
+    witness has the names of the engines (points POINT_x, POINT_z).
+    """
+
+    def start(p: Any) -> dict[str, float]:
+        return {n.removesuffix("_angle"): float(a) for n, (a, _) in path(p).items()}
+
+    def speeds(p: Any) -> dict[str, float]:
+        return {n.removesuffix("_angle"): float(np.copysign(p.speed, b - a)) for n, (a, b) in path(p).items()}
+
+    def style(p: Any) -> Style:
+        return Style(p.mass_per_length, gravity=p.gravity, width=width(p), drive_stiffness=servo[0], drive_damping=servo[1])
+
+    def motions(p: Any) -> dict[str, PrescribedMotion]:
+        return {n.removesuffix("_angle"): _at_speed(a, b, p.speed) for n, (a, b) in path(p).items()}
+
+    cranks = tuple(linkage(parameters()).inputs)
+    kit = Planar(name, summary, linkage, start, style, speeds, points, cranks, links, slides, finish, motions)
+
+    def closed(p: Any) -> ClosedMotion:
+        return _closed_motion(kit, p, path(p))
+
+    short = _Short(name, kit.build, "minimal", path, closed)
+    return Entry(
+        name=name, title=title, summary=summary, parameters=parameters, build=kit.build,
+        fidelities={"kinematic": "closed form", "minimal": "bars and pins; exact dynamics"}, default_fidelity="minimal",
+        scenes=kit.scenes(), default_scene="driven-crank", sliders=sliders, plots=tuple(plots), questions=(kit.question(),),
+        checks=(*kit.checks("K"), *short.outside_checks(outside)), reference=kit.reference, chain=chain, formulas=formulas,
+        sources=sources, family=family, origin=origin, use=use, outside=tuple(outside),
+    )  # fmt: skip
+
+
+def builder_entry(
+    name: str,
+    title: str,
+    family: str,
+    *,
+    summary: str,
+    use: str,
+    origin: str,
+    parameters: type[Any],
+    build: Callable[[Any], Mechanism],
+    path: Callable[[Any], Path],
+    outside: Sequence[Outside],
+    closed: Callable[[Any, Mapping[str, Any]], Mapping[str, Any]] | None = None,
+    drives: tuple[str, ...] = (),
+    duration: float = 1.0,
+    plots: Sequence[PlotRecipe] = (),
+    sliders: tuple[str, ...] = (),
+    chain: str = "",
+    formulas: str = "",
+    sources: tuple[str, ...] = (),
+) -> Entry:
+    """An Entry of a mechanism that a Builder makes: spatial loops, trains, parallel robots.
+
+    build(p) -> Mechanism. path(p): joint or shaft -> first and last value; it is led along the path within `duration` [s] in the scene
+    driven, by itself or by the given drives (the legs of a platform, whose coordinates the path has). closed(p, given): quantities (n,) in
+    closed form from those of the drives, where a closed form exists.
+    """
+
+    @lru_cache(maxsize=16)
+    def made(p: Any, fidelity: str) -> Mechanism:
+        return build(p)
+
+    def by_hand(p: Any) -> ClosedMotion | None:
+        if closed is None:
+            return None
+        given = {n: np.linspace(a, b, PLACES) for n, (a, b) in path(p).items()}
+        return ClosedMotion(given | dict(closed(p, given)))
+
+    short = _Short(name, made, "full", path, by_hand, duration, drives)
+    return Entry(
+        name=name, title=title, summary=summary, parameters=parameters, build=made, fidelities={"full": "every part a body"},
+        default_fidelity="full", scenes=short.scenes(), default_scene="driven", sliders=sliders, plots=tuple(plots),
+        checks=(*short.checks(), *short.outside_checks(outside)), chain=chain, formulas=formulas, sources=sources,
+        family=family, origin=origin, use=use, outside=tuple(outside),
+    )  # fmt: skip
+
+
+def _at_speed(a: float, b: float, speed: float) -> PrescribedMotion:
+    """An even turn; where the path is less than a turn, there and back, as fast as `speed` in the middle. At rest for a = b."""
+    if a == b:
+        return Ramp(a, 0.0)
+    if abs(b - a) > 2.0 * np.pi - 1e-9:
+        return Ramp(a, float(np.copysign(speed, b - a)))
+    return Sine(0.5 * (b - a), abs(2.0 * speed / (b - a)), -0.5 * np.pi, 0.5 * (a + b))
+
+
+def _in_time(a: float, b: float, duration: float) -> PrescribedMotion:
+    """An even turn, or there and back, within a time [s]."""
+    if a == b or abs(b - a) > 2.0 * np.pi - 1e-9:
+        return Ramp(a, (b - a) / duration)
+    return Sine(0.5 * (b - a), 2.0 * np.pi / duration, -0.5 * np.pi, 0.5 * (a + b))
+
+
+def _closed_motion(kit: Planar, p: Any, path: Path) -> ClosedMotion:
+    """The closed form of a planar linkage along the path, in the names of the engines."""
+    chain, style = kit.linkage(p), kit.style(p)
+    given = {n.removesuffix("_angle"): (np.linspace(a, b, PLACES), b - a, 0.0) for n, (a, b) in path.items()}
+    motion = chain.solve(**given).require()
+    values: dict[str, Any] = {}
+    for link, turn in motion.turns.items():
+        values |= {angle_name(link, style): np.unwrap(turn.x), f"{angle_name(link, style)}_rate": turn.v}
+    for slide, s in motion.slides.items():
+        values |= {f"{slide}_slide": s.x, f"{slide}_slide_rate": s.v}
+    for point, z in motion.points.items():
+        values |= {f"{point}_x": np.real(z.p), f"{point}_z": np.imag(z.p)}
+        values |= {f"{point}_x_rate": np.real(z.v), f"{point}_z_rate": np.imag(z.v)}
+    return ClosedMotion({n: np.broadcast_to(x, PLACES) for n, x in values.items()})
+
+
+@dataclass(frozen=True)
+class _Short:
+    """What an entry in the short form makes of its path. motion(p): that of the closed form, or None."""
+
+    name: str
+    build: Callable[[Any, str], Mechanism]
+    fidelity: str
+    path: Callable[[Any], Path]
+    motion: Callable[[Any], ClosedMotion | None]
+    duration: float = 1.0
+    drives: tuple[str, ...] = ()
+
+    def motions(self, p: Any) -> dict[str, Mapping[str, Array]]:
+        """Witness -> its motion along the path."""
+        closed, m = self.motion(p), self.build(p, self.fidelity)
+        own: dict[str, Mapping[str, Array]] = {} if closed is None else {"analytic": closed}
+        return own | {w: EngineMotion(w, m, self.path(p), PLACES) for w in WITNESSES}
+
+    def scenes(self) -> dict[str, SceneRecipe]:
+        """Scene driven: the drives go along the path by inverse dynamics; free-run: they are let go at its beginning."""
+
+        def make(name: str) -> Callable[[Any, str], Scene]:
+            def scene(p: Any, fidelity: str) -> Scene:
+                t, moves = self.duration, {n: _in_time(a, b, self.duration) for n, (a, b) in self.path(p).items()}
+                start, speed = ({n: float(m.at(0.0)[k]) for n, m in moves.items()} for k in (0, 1))
+                law = ComputedTorque(self.drives or tuple(moves), tuple(moves.items()), (GAINS,) * len(moves))
+                if name == "driven":
+                    return Scene(name, fidelity, t, (law,), start, speed, tolerance=1e-5, settings=DRIVEN)
+                return Scene(name, fidelity, t, (), start, speed, tolerance=1e-4, settings=FREE, drives="free")
+
+            return scene
+
+        return {
+            "driven": SceneRecipe(make("driven"), self.fidelity, "along the path, there and back or a turn, by inverse dynamics"),
+            "free-run": SceneRecipe(make("free-run"), self.fidelity, "the drives are let go as the driven scene begins"),
+        }
+
+    def outside_checks(self, outside: Sequence[Outside]) -> tuple[Check, ...]:
+        """A check for each number from outside: measured by every witness along the path."""
+
+        def check(number: Outside) -> Callable[[Any], CheckResult]:
+            def run(p: Any) -> CheckResult:
+                values = {}
+                for witness, motion in self.motions(p).items():
+                    with suppress(NotInClosedForm):  # forces are asked of the engines alone
+                        values[witness] = float(number.measured(p, motion))
+                return CheckResult(values, number.tolerance, float(number.expected(p)), f"{number.text} [{number.unit}]")
+
+            return run
+
+        return tuple(Check(f"X{k}", o.text, check(o), o.source) for k, o in enumerate(outside, 1))
+
+    def checks(self) -> tuple[Check, ...]:
+        """Two checks: poses and rates along the path; a driven run. Masses and forces are compared by the generic ones."""
+        return (
+            Check("K1", "it closes along its path: poses and rates of all frames and joints by every witness", self._poses, "each other"),
+            Check("K2", "a driven run: MuJoCo against Pinocchio", self._run, "each other", slow=True),
+        )
+
+    def _poses(self, p: Any) -> CheckResult:
+        motions = self.motions(p)
+        names = [n for n in motions["mujoco"] if all(n in x for x in motions.values())]
+        rows = {w: np.concatenate([x[n] for n in names]) for w, x in motions.items()}
+        return CheckResult(rows, 1e-8, note=f"{PLACES} places of the path, {len(names)} quantities")
+
+    def _run(self, p: Any) -> CheckResult:
+        m, made = self.build(p, self.fidelity), self.scenes()["driven"].make(p, self.fidelity)
+        part = replace(made, duration=0.37 * made.duration)
+        settings = {"mujoco": Settings(timestep=7e-4, timeconst=4.0), "pinocchio": Settings("pinocchio", timestep=1e-3)}
+        ends = {n: engine(n).run(m, part, s, [part.duration]) for n, s in settings.items()}
+        names = [n for n in m.scalar_names if all(n in r.channels for r in ends.values())]
+        # as of driven_run: softness of MuJoCo's loops stays below 1e-6 here
+        return CheckResult({n: [float(r.channels[x][-1]) for x in names] for n, r in ends.items()}, 1e-5, note=", ".join(names))

@@ -1,0 +1,58 @@
+"""The numbers from outside of the lab beside ours: tables for sheets and for the whole catalog."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from mechlab.experiment.entry import CheckResult, Entry, Outside
+from mechlab.mechanism.structure import structure
+from mechlab.tables import markdown, number
+
+HEADERS = ("what", "from outside", "ours", "difference", "unit", "source")
+
+
+@dataclass(frozen=True)
+class OutsideNumber:
+    """A number from outside and what the witnesses measure."""
+
+    number: Outside
+    measured: CheckResult
+
+    @property
+    def row(self) -> tuple[str, ...]:
+        """Cells below HEADERS; ours is that of the witness that is farthest off."""
+        expected = float(self.measured.expected)
+        ours = max((float(x) for x in self.measured.values.values()), key=lambda x: abs(x - expected))
+        apart = abs(ours - expected)
+        shown = "below 1e-9" if apart < 1e-9 else number(apart, 2)
+        return self.number.text, _plain(expected), _plain(ours), shown, self.number.unit or "-", self.number.source
+
+
+def _plain(value: float) -> str:
+    """Nine digits; what is rounding beside 1 is 0."""
+    return number(0.0 if abs(value) < 1e-9 else value, 9)
+
+
+def outside_numbers(entry: Entry) -> list[OutsideNumber]:
+    """The numbers from outside of an entry with default parameters, measured by all its witnesses."""
+    p, checks = entry.parameters(), {c.text: c for c in entry.checks}
+    return [OutsideNumber(o, checks[o.text].run(p)) for o in entry.outside]
+
+
+def catalog_table(entries: Sequence[Entry]) -> str:
+    """The README of models/: every entry with its family and freedoms, and its first number from outside."""
+    rows = []
+    for entry in entries:
+        level = list(entry.fidelities)[-1]
+        freedoms = str(structure(entry.build(entry.parameters(), level)).freedoms)
+        name = f"[{entry.name}]({entry.name}/README.md)"
+        found = outside_numbers(entry)[:1]
+        rows.append((name, entry.family, freedoms, *(found[0].row if found else ("see its checks and claims", "", "", "", "", ""))))
+    head = ["# The mechanisms", "", "![All mechanisms](gallery.png)", ""]
+    text = (
+        "Made by `mechlab generate --catalog -o models`. Each folder holds MJCF, URDF, JSON, geometry and a sheet. A number from outside "
+        "is printed in a source or derived by hand; ours is that of the witness (closed form, Pinocchio, MuJoCo) that is farthest off."
+    )
+    table = markdown(("name", "family", "freedoms", *HEADERS), rows)
+    return "\n".join([*head, text, "", table]) + "\n"
