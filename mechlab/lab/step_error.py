@@ -236,7 +236,9 @@ class _Estimate:
     def combined(self, twice: _Changes, fourfold: _Changes | None) -> tuple[dict[str, float], float]:
         """Errors of the channels, and the largest of the coordinates, from coarser runs."""
         more = None if fourfold is None else fourfold.channels
-        errors = {n: error_from_coarser(x, more and more[n], self.order_of(n)) for n, x in twice.channels.items()}
+        errors = {
+            n: error_from_coarser(x, more[n] if more else None, self.order_of(n)) for n, x in twice.channels.items()
+        }
         far = [None] * len(twice.coordinates) if fourfold is None else fourfold.coordinates.tolist()
         pairs = zip(twice.coordinates.tolist(), far, strict=True)
         return errors, max((error_from_coarser(a, b, self.order) for a, b in pairs), default=0.0)
@@ -259,8 +261,10 @@ class _Estimate:
     ) -> tuple[dict[str, float], float]:
         """Errors of the channels, and the largest of the coordinates, from runs at less than 2 h; `twice` where its order counts."""
         far = None if twice is None else twice.channels
-        errors = {n: error_from_near(x, NEAR, far and far[n], self.order_of(n)) for n, x in near.channels.items()}
-        value = error_from_near(near.largest, NEAR, twice and twice.largest, self.order)
+        errors = {
+            n: error_from_near(x, NEAR, far[n] if far else None, self.order_of(n)) for n, x in near.channels.items()
+        }
+        value = error_from_near(near.largest, NEAR, twice.largest if twice else None, self.order)
         if nearer is not None:
             errors = {n: max(x, error_from_near(nearer.channels[n], NEARER, None, 1)) for n, x in errors.items()}
             value = max(value, error_from_near(nearer.largest, NEARER, None, 1))
