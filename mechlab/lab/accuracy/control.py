@@ -72,7 +72,7 @@ def run_to_error(
     move_cost("probe", "integrate", result.run_s)
     suffice = suffice and result.settings.engine in ("mujoco", "pinocchio")
     if result.motion is not None or result.extrapolated or suffice:
-        return ControlledRun(recording_of(m, scene, result, at), _of_states(m, scene, result, at))
+        return ControlledRun(_confirmed(recording_of(m, scene, result, at), result), _of_states(m, scene, result, at))
     times = np.union1d(result.t, np.asarray(at, dtype=float)).tolist()
     made = _run(design, scene, result.settings, times)
     with spent_on("probe"):
@@ -82,7 +82,23 @@ def run_to_error(
         other = other_softness(m, result.settings)
         if others and other is not None:
             others += ((_run(design, scene, other, times), 1.0),)
-    return ControlledRun(with_estimate(made, result, difference), others)
+    return ControlledRun(_confirmed(with_estimate(made, result, difference), result), others)
+
+
+def _confirmed(made: Recording, result: Solution) -> Recording:
+    """The recording; not to be trusted where steps went through a toggle and the other method does not confirm the way that they took:
+    where two assembly modes meet, finer steps of one method may agree on a way that another does not take."""
+    passed = any(f.name == "assembly_mode" and f.value > 0.0 for f in made.health.findings)
+    if result.motion is not None or not passed or result.check is None or result.check.difference <= result.max_error:
+        return made
+    text = (
+        f"a toggle was passed, where assembly modes meet, and another method went another way by {result.check.difference:.2g} {result.unit}: "
+        "do not trust this run"
+    )
+    found = tuple(
+        replace(f, severity="error", sentence=f"{f.sentence}; {text}") if f.name == "max_error" else f for f in made.health.findings
+    )
+    return replace(made, health=Health(found))
 
 
 def _solved(design: Design, scene: Scene, max_error: float, sparse: bool, budget: float) -> tuple[Scene, Solution]:

@@ -41,7 +41,7 @@ from mechlab.mechanism.structure import structure
 
 T = TypeVar("T")
 ROUNDING = 100.0 * float(np.finfo(float).eps)
-"""Least error that may be asked for, relative to the size of the mechanism: poses are closed to some tens of roundings."""
+"""Least error of stepped states that is stated, relative to the size of the mechanism: poses are closed to some tens of roundings."""
 
 
 def solve_to(
@@ -52,7 +52,7 @@ def solve_to(
 
     sparse: steps may be longer than the distance of the outputs, where the motion is smooth. budget: most counted work [s];
     default: `default_budget`.
-    Raises MechlabError for an error that is not positive or below rounding, NoSolution when no method gets to the end at all.
+    Raises MechlabError for an error that is not positive, NoSolution when no method gets to the end at all.
     """
     if not (math.isfinite(max_error) and max_error > 0.0):
         raise MechlabError(f"max_error: expected a number > 0, got {max_error!r}.")
@@ -62,9 +62,6 @@ def solve_to(
         scene = made.scene(scene)
     problem = Problem(made, scene, outputs)
     m = problem.mechanism
-    least = ROUNDING * min(1.0, m.length_scale)
-    if max_error < least:
-        raise MechlabError(f"{m.name}: max_error {max_error:g} is less than rounding leaves of a position; ask for {least:.1g} or more.")
     tree = BatchTree(m) if all(j.nv == 1 for j in m.joints) else None
     measure = ErrorMeasure(problem, tree)
     work = default_budget(scene.duration) if budget is None else budget
@@ -157,6 +154,7 @@ def solve_by_refinement(
         f"there ({why}{stiff})"
     )
     size = float(np.max(np.abs(tracked), initial=1.0))
+    rounding = max(rounding, ROUNDING * min(1.0, problem.mechanism.length_scale))
     total = RULES.safety * (best.estimate + filled) + rounding + capture
     part = cause = ""
     if capture > max(best.estimate, rounding):
