@@ -92,8 +92,8 @@ def _confirmed(made: Recording, result: Solution) -> Recording:
     if result.motion is not None or not passed or result.check is None or result.check.difference <= result.max_error:
         return made
     text = (
-        f"a toggle was passed, where assembly modes meet, and another method went another way by {result.check.difference:.2g} {result.unit}: "
-        "do not trust this run"
+        "a toggle was passed, where assembly modes meet, and another method went another way by "
+        f"{result.check.difference:.2g} {result.unit}: do not trust this run"
     )
     found = tuple(
         replace(f, severity="error", sentence=f"{f.sentence}; {text}") if f.name == "max_error" else f for f in made.health.findings
