@@ -308,3 +308,10 @@ def test_an_option_that_is_spelled_wrong_is_suggested():
     with pytest.raises(MechlabError, match="Did you mean 'coupler'") as found:
         ml.simulate("fourbar", couplr=1.0)
     assert "the option" not in str(found.value)
+
+
+def test_an_option_that_is_written_as_a_key_is_suggested_as_it_is_typed(capsys: pytest.CaptureFixture[str]) -> None:
+    from mechlab.cli import main
+
+    assert main(["simulate", "fourbar", "duration=.05"]) == 1 and "the option --duration?" in capsys.readouterr().err
+    assert main(["simulate", "fourbar", "maxerror=1e-3"]) == 1 and "the option --max-error?" in capsys.readouterr().err

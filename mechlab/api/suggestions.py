@@ -23,10 +23,11 @@ def suggesting(verb: Callable[P, R]) -> Callable[P, R]:
         try:
             return verb(*args, **kwargs)
         except MechlabError as error:
-            keys = {*kwargs, *(args[1] if len(args) > 1 and isinstance(args[1], Mapping) else ())}
-            near = get_close_matches(error.unknown, options, n=1, cutoff=0.75) if error.unknown in keys else []
+            written = args[1] if len(args) > 1 and isinstance(args[1], Mapping) else {}  # key=value of the command line
+            near = get_close_matches(error.unknown, options, n=1, cutoff=0.75) if error.unknown in {*kwargs, *written} else []
             if not near:
                 raise
-            raise type(error)(str(error).replace(" Existing:", f" Did you mean the option {near[0]!r}? Existing:", 1)) from None
+            option = f"--{near[0].replace('_', '-')}" if error.unknown in written else repr(near[0])
+            raise type(error)(str(error).replace(" Existing:", f" Did you mean the option {option}? Existing:", 1)) from None
 
     return call
