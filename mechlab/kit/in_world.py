@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from mechlab.kit.palette import BLUE, DARK, GOLD, ORANGE, ROSE, SLATE, STEEL, TEAL
 from mechlab.mechanism import Builder, Inertia, Placement, shape
-from mechlab.mechanism.geometry import Array, Vector, frame_along
+from mechlab.mechanism.geometry import Array, Vector
 from mechlab.mechanism.parts import GROUND, Color, Joint, Shape
 
 COLORS = (BLUE, ORANGE, TEAL, ROSE, GOLD, STEEL)
@@ -76,7 +76,7 @@ class InWorld(Builder):
     def _pin(self, joint: Joint) -> Shape:
         if joint.kind == "spherical":
             return shape("sphere", color=DARK, name="ball", radius=0.9 * self.thick)
-        turn = frame_along(joint.axis)
+        turn = _across(np.asarray(joint.axis))
         wide = self.thick if joint.kind == "revolute" else 0.7 * self.thick
         return shape("cylinder", Placement.of(turn, (0.0, 0.0, 0.0)), DARK, f"pin_{joint.name}", radius=0.7 * wide, length=3 * wide)
 
@@ -99,7 +99,7 @@ def between(a: ArrayLike, b: ArrayLike, radius: float, color: Color, name: str) 
     """A round rod from a to b (3,) [m]."""
     p, q = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
     length = float(np.linalg.norm(q - p))
-    place = Placement.of(frame_along(_v((q - p) / length)), _v(0.5 * (p + q)))
+    place = Placement.of(_across((q - p) / length), _v(0.5 * (p + q)))
     return shape("cylinder", place, color, name, radius=radius, length=length)
 
 
@@ -111,6 +111,16 @@ def across(direction: ArrayLike, hint: ArrayLike = (0.0, 0.0, 1.0)) -> tuple[Vec
         first = np.cross((1.0, 0.0, 0.0), d)
     first = first / np.linalg.norm(first)
     return _v(first), _v(np.cross(d, first))
+
+
+def _across(direction: Array) -> Array:
+    """(3, 3) axes of a round part whose z is the direction: the same ones whatever its last bits are on this processor."""
+    z = np.where(np.abs(direction) < 1e-12, 0.0, direction)
+    z = z / np.linalg.norm(z)
+    x = np.cross(np.eye(3)[int(np.argmin(np.round(np.abs(z), 9)))], z)
+    x /= np.linalg.norm(x)
+    out = np.column_stack([x, np.cross(z, x), z])
+    return np.where(np.abs(out) < 1e-14, 0.0, out)
 
 
 def _v(x: Array) -> Vector:
