@@ -95,11 +95,12 @@ def leading_fourbars(places: ArrayLike, angles: ArrayLike) -> tuple[LeadingFourb
 
 
 def _rows(d: Complex, turns: Complex, m: complex) -> Complex:
-    """(4, 3) rows (x, y, right side) at a body point m = x + i y; both parts may be complex numbers, given as m and its twin."""
+    """(4, 3) rows (x, y, right side) at a body point m = x + i y."""
     return _rows_xy(d, turns, np.complex128(m.real), np.complex128(m.imag))
 
 
 def _rows_xy(d: Complex, turns: Complex, x: np.complex128, y: np.complex128) -> Complex:
+    """The same for coordinates x, y that may be complex numbers, as on the circles at which the resultant is taken."""
     c, s = turns.real, turns.imag
     px, py = d.real + c * x - s * y, d.imag + s * x + c * y
     # |P|^2 / 2 without |m|^2 / 2, which is the same in all positions

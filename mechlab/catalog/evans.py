@@ -10,7 +10,7 @@ from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, parameter, pla
 
 @dataclass(frozen=True)
 class Parameters(Bars):
-    """Rocker O-A, beam B-A-P; B slides along x, P goes nearly along z. A-P = rear^2 ... rocker x head = rear^2."""
+    """Rocker O-A, beam B-A-P; B slides along x, P goes nearly along z; rocker x head = rear^2."""
 
     rear: float = parameter(0.15, "m", "beam B-A", low=0, strict=True)
     head: float = parameter(0.225, "m", "beam A-P; the rocker is rear^2 / head", low=0, strict=True)
@@ -27,7 +27,7 @@ def linkage(p: Parameters) -> Linkage:
     )  # fmt: skip
 
 
-def head(p: Parameters, m: object = None) -> float:
+def head(p: Parameters) -> float:
     """x of P at the end of the swing: rocker cos(t) + head cos(f), rear sin(f) = rocker sin(t)."""
     rocker = p.rear**2 / p.head
     return rocker * math.cos(math.pi - p.swing) + p.head * math.sqrt(1.0 - (rocker / p.rear * math.sin(p.swing)) ** 2)

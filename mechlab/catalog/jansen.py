@@ -31,7 +31,7 @@ def linkage(p: Parameters) -> Linkage:
     )  # fmt: skip
 
 
-def lowest(p: Parameters, m: object = None) -> complex:
+def lowest(p: Parameters) -> complex:
     """The foot with the crank at 0, by compasses."""
     x, pivot = complex(M, 0), complex(-A, -L)
     y, w = meet(x, J, pivot, B, -1), meet(x, K, pivot, C, 1)

@@ -35,7 +35,7 @@ def build(p: Parameters) -> Mechanism:
     t.planet("planet_1", "arm_1", (r1 - s1) // 2, t.centres(s1, (r1 - s1) // 2), level=-3).mesh_of("sun_1", "planet_1", "arm_1")
     t.mesh_of("ring_1", "planet_1", "arm_1")
     long = (r2 - s3) // 2
-    short = long  # any size: it only turns the sense around
+    short = long  # any number of teeth: it only turns the sense around
     t.wheel("sun_2", s2, -1).wheel("sun_3", s3, 0).wheel("ring_2", r2, 0, ring=True)
     far, near = t.centres(s3, long), t.centres(s2, short)
     t.carrier("arm_2", [far, near], 1.2).planet("long", "arm_2", long, far).planet("short", "arm_2", short, near, 0.9, -1)

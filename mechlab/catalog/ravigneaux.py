@@ -32,7 +32,8 @@ def build(p: Parameters) -> Mechanism:
 
 
 def willis(p: Parameters) -> float:
-    """Carrier held: ring / small sun, same sense. Large sun held: (1 + ring / small) / (1 + ring / large) + ... by Willis."""
+    """Carrier held: ring / small sun, same sense. Large sun held: the carrier has the
+    share (ring / large) / (1 + ring / large) of the ring."""
     small, large, ring = p.teeth
     if p.gear == 1:
         return ring / small
