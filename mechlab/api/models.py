@@ -171,7 +171,7 @@ def _fewer_colours(picture: Path) -> None:
 
 def _remove_unnamed_meshes(folder: Path) -> None:
     """Meshes that an earlier run wrote there and the model does not name any more."""
-    from mechlab.shapes.build import HEADER
+    from mechlab.shapes.obj import HEADER
 
     text = (folder / f"{folder.name}.xml").read_text("utf-8")
     for mesh in (folder / "meshes").glob("*.obj"):

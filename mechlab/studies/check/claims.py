@@ -9,6 +9,7 @@ from typing import Any
 
 from mechlab.errors import MechlabError
 from mechlab.experiment.entry import Claim, ClaimResult, Entry, Verdict
+from mechlab.experiment.publication import Publication
 from mechlab.files import unfinished
 from mechlab.results import Shown
 
@@ -22,14 +23,24 @@ class ClaimReport(Shown):
     exit_code: int = 0
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON-able form: {"claims": [{"id", "where", "text", "printed", "computed", "verdict"}]}."""
+        """JSON-able form: {"claims": [{"id", "source", "where", "text", "printed", "computed", "verdict", "kind"}], "sources"}.
+
+        source: the label of a publication of `sources`; formerly: an older id, where there was one.
+        """
         rows = []
         for mechanism, claim, finding in self.items:
             rows.append(
-                {"mechanism": mechanism, "id": claim.id, "where": claim.where, "text": claim.text, "printed": claim.printed,
-                 "computed": finding.computed, "verdict": finding.sentence, "kind": finding.verdict.value}
+                {"mechanism": mechanism, "id": claim.id, "source": claim.source.label, "where": claim.where, "text": claim.text,
+                 "printed": claim.printed, "computed": finding.computed, "verdict": finding.sentence,
+                 "kind": finding.verdict.value} | ({"formerly": claim.formerly} if claim.formerly else {})
             )  # fmt: skip
-        return {"claims": rows, "counts": self.counts} | ({"figure": self.figure} if self.figure else {})
+        sources = [p.to_dict() for p in self.publications]
+        return {"claims": rows, "sources": sources, "counts": self.counts} | ({"figure": self.figure} if self.figure else {})
+
+    @property
+    def publications(self) -> tuple[Publication, ...]:
+        """The sources of the claims, each once, in the order of the claims."""
+        return tuple(dict.fromkeys(claim.source for _, claim, _ in self.items))
 
     @property
     def counts(self) -> dict[str, int]:
