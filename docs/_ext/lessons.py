@@ -7,9 +7,8 @@ import json
 from pathlib import Path
 from typing import Any
 
-from sphinx.application import Sphinx
-
 from reference import write_if_new
+from sphinx.application import Sphinx
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
