@@ -168,7 +168,7 @@ def generate_catalog(out: File = "models", names: Sequence[str] = (), *, picture
 
 def _remove_unnamed_meshes(folder: Path) -> None:
     """Meshes that an earlier run wrote there and the model does not name any more."""
-    from mechlab.shapes.build import HEADER
+    from mechlab.shapes.obj import HEADER
 
     text = (folder / f"{folder.name}.xml").read_text("utf-8")
     for mesh in (folder / "meshes").glob("*.obj"):
@@ -206,7 +206,7 @@ def claims(
     from mechlab.studies.check.claims import run_claims
     from mechlab.studies.check.figures import ALL, SUFFIXES, make_figures
 
-    entries, warnings = find_all(sources), ()
+    entries, warnings = find_all(sources), tuple[str, ...]()
     if figure is not None and out is None and Path(figure).suffix.lower() in SUFFIXES:
         with_figures = [e for e in entries if e.figures]
         if len(with_figures) == 1:  # as before figures had names: the first one, into this file

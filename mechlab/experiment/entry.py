@@ -11,8 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.analytic.regions import Region
+from mechlab.errors import MechlabError
 from mechlab.experiment.figure import SourceFigure
 from mechlab.experiment.model_file import ModelFile
+from mechlab.experiment.publication import Publication
 from mechlab.experiment.question import Question
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
@@ -105,6 +107,7 @@ class Verdict(Enum):
     HOLDS = "holds"
     HOLDS_ONLY_IF = "holds only if"
     MISPRINT = "misprint, correct is"
+    UNREADABLE = "unreadable in the scan"
     FAILS = "fails"
     CANNOT = "cannot be checked"
 
@@ -128,14 +131,27 @@ class ClaimResult:
 
 @dataclass(frozen=True)
 class Claim:
-    """A printed statement of a source. `printed`: the number or sentence as printed; `test()` computes it again."""
+    """A printed statement of a source. `printed`: the number or sentence as printed; `test()` computes it again.
+
+    id: unique within an entry; where: equation, figure or sentence of the source; formerly: an older id, if it had one. Raises
+    MechlabError without a source or a place in it.
+    """
 
     id: str
     where: str
     text: str
     printed: Any
     test: Callable[[], ClaimResult]
-    source: str = ""
+    source: Publication
+    formerly: str = ""
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.source, Publication):
+            raise MechlabError(
+                f"claim {self.id}: it has no source; give the Publication that prints it (mechlab.experiment.publication)."
+            )
+        if not self.where.strip():
+            raise MechlabError(f"claim {self.id}: where does {self.source.label} print it? Give the equation, figure or section.")
 
 
 @dataclass(frozen=True)

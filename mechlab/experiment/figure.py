@@ -5,7 +5,7 @@
                      marks=(Mark("printed maximum", y=20.0),), printed_x=(-0.1, 0.08), printed_y=(-10.0, 20.0))
         return Drawing((loop,), (Reading("largest beta' on the printed axis", 20.0, rate.max(), "rad/s"),))
 
-    FIGURES = (SourceFigure("figure 7", "Periodic motions by formula and by integration.", loops, claims=("M14",)),)
+    FIGURES = (SourceFigure("figure 7", "Periodic motions by formula and by integration.", ALYUKOV, loops, claims=("M14",)),)
 
 An Entry lists them as `figures`; `mechlab claims NAME --figure 7 -o FILE` and the sheet of the mechanism show them.
 """
@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.errors import MechlabError, unknown
+from mechlab.experiment.publication import Publication
 from mechlab.mechanism.geometry import Array
 
 STYLES = ("solid", "thick", "thin", "dashed", "dotted", "dots", "crosses")
@@ -131,8 +132,8 @@ class SourceFigure:
 
     name: str
     shows: str
+    source: Publication
     draw: Callable[[], Drawing]
-    source: str = ""
     claims: tuple[str, ...] = ()
 
     @property

@@ -71,8 +71,8 @@ def model_sheet(design: Design, checks: CheckReport, claims: ClaimReport, figure
     lines += ["## Checks", "", markdown(("check", "what", "witnesses", "tolerance", "verdict"), outcome), ""]
     if figures:
         lines += ["## Figures of the sources", ""]
-        for drawn in figures:
-            lines += _figure_lines(drawn)
+        for x in figures:
+            lines += _figure_lines(x)
     if claims.items:
         rows = [(c.id, c.where, c.text, number(c.printed, 5), f.sentence) for _, c, f in claims.items]
         lines += [

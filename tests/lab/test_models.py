@@ -109,9 +109,10 @@ def test_printed_numbers_are_compared_to_their_digits(kept: str, made: str, same
 @pytest.mark.parametrize(
     ("kept", "made", "same"),
     [
-        ("v 0.123456789 0 2\nvn 0 0 1\nf 1//1 2//2", "v 0.123456788 -3e-18 2\nvn 1e-06 0 1\nf 1//1 2//2", True),
-        ("v 0.123456789 1 2", "v 0.123456769 1 2", False),
-        ("v 1e-5 2e-5 0", "v 1e-5 2.00000002e-5 0", False),
+        ("v 0.12345 0 2\nvn 0 0 1\nf 1//1 2//2", "v 0.12346 -3e-18 2\nvn 0.001 0 1\nf 1//1 2//2", True),
+        ("v 0.12345 1 2", "v 0.12355 1 2", False),
+        ("v 1e-5 2e-5 0", "v 1e-5 2.0009e-5 0", False),
+        ("vn 0 0 1", "vn 0.002 0 1", False),
         ("f 1//1 2//2", "f 1//1 3//3", False),
     ],
 )

@@ -11,14 +11,16 @@ from mechlab import catalog
 from mechlab.cli import main
 from mechlab.errors import MechlabError
 from mechlab.experiment.figure import Curve, Drawing, Mark, Note, Panel, Reading, SourceFigure
+from mechlab.experiment.publication import Publication
 from mechlab.studies.check.figures import write_picture
 
+SOURCE = Publication("Nobody 1900", "On lines")
 X = np.linspace(0.0, 1.0, 11)
 
 
 def picture(path: Path, *panels: Panel, **more: object) -> Path:
     drawing = Drawing(panels, **more)  # type: ignore[arg-type]
-    return write_picture(SourceFigure("figure 3", "A line.", lambda: drawing), drawing, path)
+    return write_picture(SourceFigure("figure 3", "A line.", SOURCE, lambda: drawing), drawing, path)
 
 
 @pytest.mark.parametrize(
@@ -62,7 +64,7 @@ def test_several_panels_and_formats(tmp_path: Path) -> None:
 
 
 def test_the_ledger_lists_figures_and_finds_them_by_number(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    figure = SourceFigure("Figure 12a", "x", lambda: Drawing(()))
+    figure = SourceFigure("Figure 12a", "x", SOURCE, lambda: Drawing(()))
     assert all(figure.is_called(name) for name in ("12a", "figure 12a", "Figure_12a"))
     assert not any(figure.is_called(name) for name in ("12", "figure 1", ""))
     assert main(["claims", "closed_differential", "--json"]) == 0

@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 
 from mechlab.analytic import assur
+from mechlab.catalog.bibliography import ZINCHENKO
 from mechlab.catalog.class4_linkage.build import build
 from mechlab.catalog.class4_linkage.geometry import Class4Parameters, at, solve_all
 from mechlab.kit.claims import Evidence, Ledger, above, below, equals, evidence, fails, holds, misprint, only_if, true
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import structure
 
-LEDGER = Ledger("Zinchenko 2009, Kinematic analysis of a mechanism of high class")
+LEDGER = Ledger(ZINCHENKO)
 PRINTED = Class4Parameters()
 TURN = -np.pi + np.radians(5.0) * np.arange(72)
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from mechlab.catalog.closed_differential.build import SOURCE, Parameters, build
+from mechlab.catalog.bibliography import GEAR_CVT
+from mechlab.catalog.closed_differential.build import Parameters, build
 from mechlab.catalog.closed_differential.checks import CHECKS, warnings
 from mechlab.catalog.closed_differential.claims import CLAIMS
 from mechlab.catalog.closed_differential.law import FIGURES
@@ -47,5 +48,5 @@ ENTRY = Entry(
     figures=FIGURES,
     chain="2K-H epicyclic twice, suns and rings joined: two freedoms",
     formulas=FORMULAS,
-    sources=(SOURCE,),
+    sources=(GEAR_CVT.citation,),
 )

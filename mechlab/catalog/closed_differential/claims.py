@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from mechlab.analytic import differential as closed
+from mechlab.catalog.bibliography import GEAR_CVT
 from mechlab.catalog.closed_differential import law
-from mechlab.catalog.closed_differential.build import SOURCE, STATED_TEETH, USED_TEETH, Parameters, build
+from mechlab.catalog.closed_differential.build import STATED_TEETH, USED_TEETH, Parameters, build
 from mechlab.catalog.closed_differential.checks import EXAMPLE, LAB, SOLVERS, answers, rounded
 from mechlab.catalog.closed_differential.questions import Machine, machine, mesh_sums
 from mechlab.engines.protocol import WITNESSES as ENGINES
@@ -19,7 +20,7 @@ from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
 from mechlab.kit.claims import Evidence, Ledger, below, evidence, factor, fails, holds, misprint, near, only_if, true
 
-LEDGER = Ledger(SOURCE)
+LEDGER = Ledger(GEAR_CVT)
 PRINTED_SPEEDS = (50.0, 33.33, 200.0)
 PRINTED_MOMENTS = (40.0, 60.0, 20.0, 180.0)
 MILLI = 1e-3

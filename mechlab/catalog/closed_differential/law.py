@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mechlab.analytic import differential as closed
-from mechlab.catalog.closed_differential.build import SOURCE
+from mechlab.catalog.bibliography import GEAR_CVT
 from mechlab.catalog.closed_differential.checks import (
     EXAMPLE,
     LAB,
@@ -27,7 +27,7 @@ from mechlab.kit.claims import Evidence, Ledger, above, below, equals, evidence,
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import rank
 
-LEDGER = Ledger(SOURCE)
+LEDGER = Ledger(GEAR_CVT)
 NOTICED = 1e-3
 """A relative deviation beyond all errors of the runs, which are below 1e-6."""
 TRAINS = EXAMPLE | {"another train": replace(LAB, teeth=(20, 40, 100, 50, 20, 90))}
@@ -298,7 +298,7 @@ def backstop_curve() -> tuple[tuple[Array, Array], tuple[Array, Array]]:
 
 FIGURES = (
     SourceFigure(
-        "equations (8) and (10)", "Does the output adapt its speed to the load? The printed law against the motion of the train.", verdict,
-        SOURCE, tuple(c.id for c in CLAIMS if c.id.startswith("L")),
+        "equations (8) and (10)", "Does the output adapt its speed to the load? The printed law against the motion of the train.",
+        GEAR_CVT, verdict, tuple(c.id for c in CLAIMS if c.id.startswith("L")),
     ),
 )  # fmt: skip

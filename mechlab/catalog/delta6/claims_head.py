@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from mechlab.analytic import delta6 as closed
+from mechlab.catalog.bibliography import THESIS
 from mechlab.catalog.delta6.build import build
-from mechlab.catalog.delta6.parameters import ANGLES, ROTARY, SOURCE, THESIS
+from mechlab.catalog.delta6.parameters import ANGLES, ROTARY, SOURCE
 from mechlab.catalog.delta6.poses import coordinates, plants, response, rows_of
 from mechlab.engines.protocol import StatePlant
 from mechlab.experiment.tree_plant import TreePlant

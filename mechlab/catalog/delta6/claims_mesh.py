@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from mechlab.analytic import delta6 as closed
+from mechlab.catalog.bibliography import THESIS
 from mechlab.catalog.delta6.elements import tooth_loss, tooth_sliding
-from mechlab.catalog.delta6.parameters import SOURCE, THESIS
+from mechlab.catalog.delta6.parameters import SOURCE
 from mechlab.kit.claims import (
     Evidence,
     Ledger,

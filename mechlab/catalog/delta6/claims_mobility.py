@@ -7,8 +7,9 @@ import math
 import numpy as np
 
 from mechlab.analytic import delta6 as closed
+from mechlab.catalog.bibliography import THESIS
 from mechlab.catalog.delta6.build import build
-from mechlab.catalog.delta6.parameters import CENTRE, DRIVES, ROTARY, SLIDERS, SOURCE, THESIS
+from mechlab.catalog.delta6.parameters import CENTRE, DRIVES, ROTARY, SLIDERS, SOURCE
 from mechlab.catalog.delta6.poses import at_poses, coordinates, forces, response, rows_of
 from mechlab.engines.protocol import StatePlant
 from mechlab.experiment.tree_plant import TreePlant

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.analytic import delta6 as closed
+from mechlab.catalog.bibliography import THESIS
 from mechlab.catalog.delta6.build import build
-from mechlab.catalog.delta6.parameters import ANGLES, CENTRE, ROTARY, SOURCE, THESIS, legs
+from mechlab.catalog.delta6.parameters import ANGLES, CENTRE, ROTARY, SOURCE, legs
 from mechlab.catalog.delta6.poses import at_home, at_poses, coordinates, gear_matrix, plants, random_poses, rows_of
 from mechlab.engines.protocol import StatePlant
 from mechlab.kit.claims import (

@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.analytic import delta6 as closed
-from mechlab.catalog.delta6.parameters import SOURCE, THESIS, Delta6Parameters
+from mechlab.catalog.bibliography import THESIS
+from mechlab.catalog.delta6.parameters import SOURCE, Delta6Parameters
 from mechlab.catalog.delta6.poses import plants
 from mechlab.engines.protocol import StatePlant
 from mechlab.errors import MechlabError, NoSolution, unknown

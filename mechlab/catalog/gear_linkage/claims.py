@@ -9,11 +9,12 @@ from dataclasses import replace
 import numpy as np
 
 from mechlab.analytic import gear_linkage as closed_form
-from mechlab.catalog.gear_linkage.build import PRESETS, SOURCE, Parameters, build
+from mechlab.catalog.bibliography import GEAR_LEVERS
+from mechlab.catalog.gear_linkage.build import PRESETS, Parameters, build
 from mechlab.catalog.gear_linkage.questions import MOTION
 from mechlab.kit.claims import Evidence, Ledger, above, below, cannot, evidence, fails, holds, only_if, true
 
-LEDGER = Ledger(SOURCE)
+LEDGER = Ledger(GEAR_LEVERS)
 EXAMPLES = {"L1": (1.0, 1.0, 0.5), "L2": (1.0, 0.8, 0.4), "L3": (0.9, 0.9, 0.3), "L4": (0.8, 1.0, 0.4)}
 """Coupler, rocker, idler radius in units of the frame: examples of ours, the source prints none."""
 PHI = np.linspace(0.0, 2.0 * math.pi, 181)

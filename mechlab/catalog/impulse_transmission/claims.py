@@ -16,6 +16,7 @@ from mechlab.analytic.impulse import (
     shape,
     unidirectional,
 )
+from mechlab.catalog.bibliography import ALYUKOV
 from mechlab.catalog.impulse_transmission.build import Parameters, build
 from mechlab.catalog.impulse_transmission.checks import equations, error_of_harmonics
 from mechlab.catalog.impulse_transmission.questions import closed_cycle
@@ -37,7 +38,7 @@ from mechlab.kit.claims import (
 )
 from mechlab.mechanism.structure import structure
 
-LEDGER = Ledger("paper on the dynamics of an inertial-impulse transmission (source 002)")
+LEDGER = Ledger(ALYUKOV)
 
 
 @LEDGER.claim(
@@ -157,9 +158,9 @@ def limit_cycles() -> Evidence:
 
 @LEDGER.claim(
     "M8", "mean speed", "The output shaft goes on in one direction under load.", "forward",
-    only_if("M0/M1 is below {change:.3g} (set (4), M1 = 750, 150 rad/s); above it the load drives the shaft back",
+    only_if("M0/M1 is below {change:.3g} (set (4) of figure 5 with M1 = 750, 150 rad/s); above it the load drives the shaft back",
             when=below(0.0, "slowest")),
-    holds("M0/M1 is below {change:.3g} (set (4), M1 = 750, 150 rad/s); above it the load drives the shaft back"),
+    holds("M0/M1 is below {change:.3g} (set (4) of figure 5 with M1 = 750, 150 rad/s); above it the load drives the shaft back"),
 )  # fmt: skip
 def load_direction() -> Evidence:
     """Sign of the mean speed over M0/M1."""

@@ -8,10 +8,10 @@ from functools import lru_cache
 import numpy as np
 
 from mechlab.analytic import planetary_synthesis as closed_form
+from mechlab.catalog.bibliography import PLANETARY
 from mechlab.kit.claims import Evidence, Ledger, above, below, evidence, fails, holds, misprint, near, none, only_if
 
-SOURCE = "Synthesis of the planetary mechanism 2A-AA with regard to pressure angles"
-LEDGER = Ledger(SOURCE)
+LEDGER = Ledger(PLANETARY)
 CASES = 200_000
 
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from mechlab.experiment.entry import Claim, ClaimResult, Entry, Verdict
 from mechlab.experiment.figure import SourceFigure
+from mechlab.experiment.publication import Publication
 from mechlab.results import Shown
 from mechlab.studies.check.figures import Drawn, described
 
@@ -23,17 +24,28 @@ class ClaimReport(Shown):
     exit_code: int = 0
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON-able form: {"claims": [{"id", "where", "text", "printed", "computed", "verdict"}], "counts", "figures"}."""
+        """JSON-able form: {"claims": [{"id", "source", "where", "text", "printed", "computed", "verdict", "kind"}], "sources", "figures"}.
+
+        source: the label of a publication of `sources`; formerly: an older id, where there was one. figures: those that were computed,
+        with their readings, else all that there are.
+        """
         rows = []
         for mechanism, claim, finding in self.items:
             rows.append(
-                {"mechanism": mechanism, "id": claim.id, "where": claim.where, "text": claim.text, "printed": claim.printed,
-                 "computed": finding.computed, "verdict": finding.sentence, "kind": finding.verdict.value}
+                {"mechanism": mechanism, "id": claim.id, "source": claim.source.label, "where": claim.where, "text": claim.text,
+                 "printed": claim.printed, "computed": finding.computed, "verdict": finding.sentence,
+                 "kind": finding.verdict.value} | ({"formerly": claim.formerly} if claim.formerly else {})
             )  # fmt: skip
+        sources = [p.to_dict() for p in self.publications]
         known = [x.to_dict() for x in self.figures] or [described(*x) for x in self.available]
         files = [x.file for x in self.figures if x.file]
-        said = {"warnings": list(self.warnings)} if self.warnings else {}
-        return {"claims": rows, "counts": self.counts, "figures": known} | ({"figure": files[0]} if files else {}) | said
+        made = ({"figure": files[0]} if files else {}) | ({"warnings": list(self.warnings)} if self.warnings else {})
+        return {"claims": rows, "sources": sources, "counts": self.counts, "figures": known} | made
+
+    @property
+    def publications(self) -> tuple[Publication, ...]:
+        """The sources of the claims, each once, in the order of the claims."""
+        return tuple(dict.fromkeys(claim.source for _, claim, _ in self.items))
 
     @property
     def counts(self) -> dict[str, int]:

@@ -49,7 +49,7 @@ class Drawn:
 def described(mechanism: str, figure: SourceFigure) -> dict[str, Any]:
     """A figure that was not computed, in JSON-able form."""
     return {
-        "mechanism": mechanism, "name": figure.name, "shows": figure.shows, "source": figure.source, "claims": list(figure.claims),
+        "mechanism": mechanism, "name": figure.name, "shows": figure.shows, "source": figure.source.label, "claims": list(figure.claims),
     }  # fmt: skip
 
 

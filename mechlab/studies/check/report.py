@@ -46,13 +46,14 @@ def _(report: ClaimReport) -> str:
 
 @text_of.register
 def _(report: ClaimReport) -> str:
-    """A block for each claim, and the counts."""
+    """A block for each claim, the sources, and the counts."""
     blocks = []
     for mechanism, claim, finding in report.items:
         rows = [["printed", number(claim.printed, 6)]] + [[k, number(v, 6)] for k, v in finding.computed.items()]
-        blocks.append(
-            f"{mechanism} {claim.id} ({claim.where})\n{claim.text}\n{table(['who', 'says'], rows)}\n=> {finding.sentence}"
-        )
+        head = f"{mechanism} {claim.id} ({claim.source.label}, {claim.where})\n{claim.text}"
+        blocks.append(f"{head}\n{table(['who', 'says'], rows)}\n=> {finding.sentence}")
+    sources = "\n".join(f"{p.label}: {p.citation}" for p in report.publications)
+    blocks += [f"Sources\n{sources}"] if sources else []
     drawn = [_figure_text(x) for x in report.figures]
     if report.available and not drawn:
         names = ", ".join(f"{m} {f.name}" for m, f in report.available)
