@@ -174,8 +174,10 @@ def test_ratio_of_a_thousand() -> None:
 
 def test_verdicts_and_figure(tmp_path: Path, capsys) -> None:
     target = tmp_path / "verdict.png"
+    # The old form, a file in the place of a name, draws the first figure and says how to write it now.
     assert main(["claims", "closed_differential", "--figure", str(target), "--json"]) == 0
     document = json.loads(capsys.readouterr().out)
+    assert "`figure` takes the name" in document["warnings"][0]
     kinds = {c["id"]: c["kind"] for c in document["claims"]}
     assert {k: kinds[k] for k in ("L1", "L2", "L3", "L5", "L6", "L7", "K7")} == dict.fromkeys(
         ("L1", "L2", "L3", "L5", "L6", "L7", "K7"), "fails"
