@@ -190,7 +190,7 @@ def written(path: Path) -> str:
 
 def main(arguments: list[str]) -> int:
     """Compare or write the pages that are named; all of docs/ without names. Returns 1 where a page differs."""
-    pages = [Path(a) for a in arguments if a != "--write"] or sorted(DOCS.rglob("*.md"))
+    pages = [Path(a).resolve() for a in arguments if a != "--write"] or sorted(DOCS.rglob("*.md"))
     wrong = 0
     for path in pages:
         if "--write" in arguments:
