@@ -53,14 +53,14 @@ def write_pages(folder: Path) -> None:
         raise SystemExit(f"docs/_ext/reference.py: public names of {', '.join(lost)} stand on no page.")
     for page, (title, modules) in GROUPS.items():
         names = sorted((n for home in modules for n in homes.get(home, ())), key=str.lower)
-        _write(folder / f"{page}.rst", "\n".join(_api_page(title, names)))
+        write_if_new(folder / f"{page}.rst", "\n".join(_api_page(title, names)))
     os.environ["COLUMNS"] = "96"  # what fits a page
-    _write(folder / "commands.md", "\n".join(_command_page()))
-    _write(folder / "catalog.md", "\n".join(_catalog_page()))
+    write_if_new(folder / "commands.md", "\n".join(_command_page()))
+    write_if_new(folder / "catalog.md", "\n".join(_catalog_page()))
 
 
-def _write(path: Path, text: str) -> None:
-    if not path.exists() or path.read_text(encoding="utf-8") != text:  # what did not change is not read again
+def write_if_new(path: Path, text: str) -> None:
+    if not path.exists() or path.read_text(encoding="utf-8") != text:
         path.write_text(text, encoding="utf-8")
 
 

@@ -13,6 +13,11 @@ MODELS = Path(__file__).parents[2] / "models"
 PICTURES = {Path("picture.png"), Path("motion.svg")}
 
 
+def pictures_of(name: str) -> set[Path]:
+    """The pictures of a mechanism, which are not compared: those of all, and the figures of its sources."""
+    return PICTURES | {Path(f"{f.stem}.png") for f in catalog.entry(name).figures}
+
+
 def test_every_mechanism_has_its_folder() -> None:
     assert sorted(p.name for p in MODELS.iterdir() if p.is_dir()) == sorted(catalog.NAMES)
 
@@ -25,7 +30,7 @@ def test_models_are_current(name: str, tmp_path: Path) -> None:
     made = {p.relative_to(tmp_path / name): p for p in (tmp_path / name).rglob("*") if p.is_file()}
     kept = {p.relative_to(MODELS / name): p for p in (MODELS / name).rglob("*") if p.is_file()}
     how = f"run: mechlab generate {name} --catalog -o models"
-    assert set(kept) == set(made) | PICTURES, how
+    assert set(kept) == set(made) | pictures_of(name), how
     stale = {str(f): found for f, path in made.items() if (found := difference(kept[f], path))}
     assert not stale, f"{stale}; {how}"
 
