@@ -13,6 +13,7 @@ from mechlab.api.runs import simulate
 from mechlab.api.viewing import story, view
 from mechlab.catalog.table import Motion
 from mechlab.files import whole_folder, write
+from mechlab.studies.direct import NAMES as DIRECT_QUESTIONS
 from mechlab.values import Value
 
 if TYPE_CHECKING:
@@ -56,17 +57,18 @@ def list_entries(
 def show(
     source: Source, values: Values | None = None, /, *, fidelity: str | None = None, **parameters: Value
 ) -> Description:
-    """Parameters, structure, bodies, fidelities, scenes, questions. The source "toolpath" is no mechanism but a question.
+    """Parameters, structure, bodies, fidelities, scenes, questions. The sources "toolpath", "bspline"
+    and "regions" are no mechanisms but questions.
 
     Options:
         fidelity=F: level of fidelity: kinematic, minimal, parts, full
     """
     given = key_values(values, parameters)
-    if source == "toolpath" and not given and fidelity is None:
+    if isinstance(source, str) and source in DIRECT_QUESTIONS and not given and fidelity is None:
         from mechlab.lab.sheet import describe_question
-        from mechlab.studies.toolpath import QUESTION
+        from mechlab.studies.direct.table import DIRECT
 
-        return describe_question("toolpath", QUESTION)
+        return describe_question(source, DIRECT[source].question)
     from mechlab.lab.sheet import describe_design
 
     return describe_design(load_design(source, given), fidelity)
