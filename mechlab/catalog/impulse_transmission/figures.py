@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -60,7 +61,7 @@ def _both(p: Parameters, duration: float, label: str, color: int) -> dict[str, t
 
 
 def _with_ratio(scene: str, q: str) -> Parameters:
-    return replace(of_scene(scene), q=CANDIDATES[q])
+    return replace(of_scene(scene), q=Fraction(q))
 
 
 def figure_2() -> Drawing:
@@ -114,7 +115,7 @@ def figure_5() -> Drawing:
     best = {f.q: f for f in reversed(fits()) if not f.order_exchanged}
     for k, q in enumerate(("4/3", "5/3", "4/2")):
         start = float(unidirectional(replace(p.impulse, q=CANDIDATES[q]), SPEED).psi_a) / CANDIDATES[q]
-        time, beta, _ = at_constant_speed(replace(p, q=CANDIDATES[q], alpha_0=start), 1.0)
+        time, beta, _ = at_constant_speed(replace(p, q=Fraction(q), alpha_0=start), 1.0)
         curves.append(Curve(time + 4.0, beta + 18.4, f"q = {q}, steady at 150 rad/s", "dashed", k))
         low, high = best[q].ranges["figure 5"]
         readings.append(Reading(f"turn within 1 s of the steady rotation, q = {q}", 1.0, high - low, "rad"))
@@ -135,7 +136,8 @@ def figure_7() -> Drawing:
         "loops", BETA, RATE,
         (
             Curve(turns[:, 1], turns[:, 3], "with the motor, 12 turns (thin in the paper too)", "thin", 4),
-            Curve(*shot, "shooting, constant input speed", "thick", 0), Curve(*formulas["printed"], "formula (7) as printed", "dashed", 1),
+            Curve(shot[0], shot[1], "shooting, constant input speed", "thick", 0),
+            Curve(*formulas["printed"], "formula (7) as printed", "dashed", 1),
             Curve(*formulas["consistent"], "all terms of the third order", "dotted", 2),
         ),
         printed_x=_ticks(-0.1, 0.08, 0.02), printed_y=(-10.0, 20.0),
@@ -169,7 +171,7 @@ def figure_8() -> Drawing:
         shot = motion(i, SPEED, orbit.start, orbit.period, t)
         kinds = (("printed", "formula (7) as printed", "dashed", 1), ("consistent", "all terms of the third order", "dotted", 2))
         formulas = tuple(Curve(*harmonic_motion(i, SPEED, t, kind), label, style, color) for kind, label, style, color in kinds)
-        loops = (Curve(*shot, "shooting", "thick", 0), *formulas)
+        loops = (Curve(shot[0], shot[1], "shooting", "thick", 0), *formulas)
         title = f"J2 = {i.J2:g} kg m2, c = {i.c:g} N m/rad: ours"
         panels.append(Panel(title, BETA, RATE, loops, printed_x=ticks, printed_y=rates))
         readings.append(Reading(f"ends of the axis and of the loop, c = {i.c:g}", (ticks[0], ticks[-1]), _extent(shot[0]), "rad"))
@@ -195,7 +197,8 @@ def figure_9() -> Drawing:
     _, y = flow(f, few, 4 * orbit.period, orbit.period / 200.0, 801)
     points = section(f, start, orbit.period, 80, 100)
     loop = motion(i, SPEED, orbit.start, orbit.period, np.linspace(0.0, orbit.period, 401))
-    paths = (Curve(y[..., 0].T, y[..., 1].T, "4 turns from other states", "thin", 4), Curve(*loop, "periodic motion", "thick", 0))
+    periodic = Curve(loop[0], loop[1], "periodic motion", "thick", 0)
+    paths = (Curve(y[..., 0].T, y[..., 1].T, "4 turns from other states", "thin", 4), periodic)
     crossings = (
         Curve(points[..., 0].T, points[..., 1].T, f"{STARTS_9} motions, 80 turns", "dots", 4),
         Curve([orbit.start[0]], [orbit.start[1]], "periodic motion", "crosses", 0),
