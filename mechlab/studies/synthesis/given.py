@@ -58,7 +58,7 @@ class Given:
         if not low <= len(items) <= high or isinstance(value, str):
             many = f"{low}" if low == high else f"{low} to {high}"
             got = repr(value) if isinstance(value, str) else len(items)
-            raise MechlabError(f"synthesize {self.task}: {key}: expected {many} numbers [{unit}], got {got}.")
+            raise MechlabError(f"synthesize {self.task}: {key}: expected {many} numbers{f" [{unit}]" if unit else ""}, got {got}.")
         return [Given(self.task, {key: x}, self.find).number(key, unit) for x in items]
 
     def ratio(self, key: str) -> Fraction:

@@ -8,6 +8,7 @@ from typing import Any
 from mechlab.analytic.gear_linkage import TARGETS
 from mechlab.errors import unknown
 from mechlab.experiment.entry import Entry
+from mechlab.studies.synthesis.functions import function
 from mechlab.studies.synthesis.gears import closed_differential, gear_linkage, planetary
 from mechlab.studies.synthesis.given import Given
 from mechlab.studies.synthesis.linkages import motion, path
@@ -16,6 +17,7 @@ from mechlab.studies.synthesis.result import SynthesisResult
 TASKS: dict[str, tuple[tuple[str, ...], Callable[[Given], SynthesisResult]]] = {
     "motion": (("x", "y", "angle"), motion),
     "path": (("x", "y", "angle", "size", "transmission_angle_min", "limit"), path),
+    "function": (("x", "y", "points", "turn", "turn_out", "first", "first_out", "ratio", "transmission_angle_min", "ground", "limit"), function),
     "planetary": (("ratio", "planets", "z1", "z2", "z3", "z4", "pressure_angle_max", "limit"), planetary),
     "gear_linkage": (("coupler", "rocker", "idler_radius", "frame", "mode", *TARGETS), gear_linkage),
     "closed_differential": (("ratio_36_braked", "ratio_14_braked", "planets", "teeth", "tolerance", "limit"), closed_differential),
