@@ -172,7 +172,7 @@ def _errors(task: FunctionTask, x: Array, turned: Array, wanted: Array) -> Array
 
 
 def _worst(task: FunctionTask, x: Array) -> Array:
-    """What candidates (k, 5) are chosen by: the largest error over the range, or at the points, plus what their transmission angle lacks."""
+    """What candidates (k, 5) are chosen by: the largest error, and what transmission angle and bars lack."""
     at = (task.range, task.wanted(task.range)) if task.wanted else (task.turned, task.output)
     error = np.max(np.abs(_errors(task, x, *at)), axis=1)
     lack = np.maximum(0.0, task.least - _transmission(task, x))

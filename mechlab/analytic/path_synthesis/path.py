@@ -100,7 +100,7 @@ def path_fourbars(task: PathTask) -> tuple[PathLinkage, ...]:
     """Four-bars, the best first: exact ones in the order of their transmission angle, the others in that of their squares; also those with
     a defect."""
     if task.timed and len(task.targets) == POSITIONS:
-        found = [_judged(f, 0, task) for f in _five(task)]
+        found = [_judged(f, 0, task, 1e-6) for f in _five(task)]
         if any(not f.defect and f.least_transmission_angle >= task.least for f in found):
             return _ordered(found, task)
     first = np.arange(len(task.targets))
@@ -200,15 +200,15 @@ def _five(task: PathTask) -> Iterable[Found]:
                 yield row, 1 if side > 0 else -1, t
 
 
-def _judged(found: Found, ratio: int, task: PathTask) -> PathLinkage:
-    """Follows the linkage from the first point to the last."""
+def _judged(found: Found, ratio: int, task: PathTask, near: float = 1.0) -> PathLinkage:
+    """Follows the linkage from the first point to the last; it must come as near to all as `near` times their extent."""
     row, mode, t = found
     way, turn = np.linspace(t[0], t[-1], DENSE), np.linspace(0.0, 2.0 * np.pi, DENSE)
     at, path, round_ = (points(row[None], np.array([mode]), ratio, x[None]) for x in (t, way, turn))
     distances = np.abs(at.point[0] - task.targets)
     assembles = bool(np.all(np.isfinite(path.margin)))
-    # in the other mode at one of five exact points: it closes there, but elsewhere
-    reached = assembles and bool(np.max(distances) <= task.extent)
+    # a four-bar that meets one of five points in its other mode closes there, but elsewhere
+    reached = assembles and bool(np.max(distances) <= near * task.extent)
     ordered = bool(np.ptp(np.sign(np.diff(t))) == 0.0 and np.ptp(t) <= 2.0 * np.pi)
     least = float(np.arcsin(np.clip(np.min(np.abs(path.margin)), 0.0, 1.0))) if assembles else 0.0
     defect = ("" if ordered else "order") if reached else "branch"

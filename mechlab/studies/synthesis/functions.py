@@ -67,9 +67,9 @@ def function(given: Given) -> SynthesisResult:
     }  # fmt: skip
     if not solutions:
         text = (
-            f"no four-bar generates these {len(xs)} points within a transmission angle of {np.degrees(task.least):.3g} deg and bars of 1 to "
-            f"{task.ratio:g} ({left_out['branch']} jump the branch, {left_out['transmission_angle']} transmit worse). Leave first or first_out "
-            "free, change turn or turn_out, take a smaller transmission_angle_min, or more points (then the least squares)"
+            f"no four-bar generates these {len(xs)} points within a transmission angle of {np.degrees(task.least):.3g} deg and bars of "
+            f"1 to {task.ratio:g} ({left_out['branch']} jump the branch, {left_out['transmission_angle']} transmit worse). Leave first or "
+            "first_out free, change turn or turn_out, take a smaller transmission_angle_min, or more points (then the least squares)"
         )
         return SynthesisResult(given.task, Status.OUT_OF_REACH, text, data)
     best = solutions[0]

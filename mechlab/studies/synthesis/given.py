@@ -57,8 +57,9 @@ class Given:
         items = list(value.points()) if isinstance(value, Range) else list(value) if hasattr(value, "__iter__") else [value]
         if not low <= len(items) <= high or isinstance(value, str):
             many = f"{low}" if low == high else f"{low} to {high}"
+            in_unit = f" [{unit}]" if unit else ""
             got = repr(value) if isinstance(value, str) else len(items)
-            raise MechlabError(f"synthesize {self.task}: {key}: expected {many} numbers{f" [{unit}]" if unit else ""}, got {got}.")
+            raise MechlabError(f"synthesize {self.task}: {key}: expected {many} numbers{in_unit}, got {got}.")
         return [Given(self.task, {key: x}, self.find).number(key, unit) for x in items]
 
     def ratio(self, key: str) -> Fraction:

@@ -13,11 +13,17 @@ from mechlab.studies.synthesis.gears import closed_differential, gear_linkage, p
 from mechlab.studies.synthesis.given import Given
 from mechlab.studies.synthesis.linkages import motion, path
 from mechlab.studies.synthesis.result import SynthesisResult
+from mechlab.studies.synthesis.segments import dwell, straight_line
 
 TASKS: dict[str, tuple[tuple[str, ...], Callable[[Given], SynthesisResult]]] = {
     "motion": (("x", "y", "angle"), motion),
     "path": (("x", "y", "angle", "size", "transmission_angle_min", "limit"), path),
-    "function": (("x", "y", "points", "turn", "turn_out", "first", "first_out", "ratio", "transmission_angle_min", "ground", "limit"), function),
+    "function": (
+        ("x", "y", "points", "turn", "turn_out", "first", "first_out", "ratio", "transmission_angle_min", "ground", "limit"),
+        function,
+    ),
+    "straight_line": (("length", "angle", "size", "transmission_angle_min", "limit"), straight_line),
+    "dwell": (("angle", "swing", "crank", "size", "transmission_angle_min", "limit"), dwell),
     "planetary": (("ratio", "planets", "z1", "z2", "z3", "z4", "pressure_angle_max", "limit"), planetary),
     "gear_linkage": (("coupler", "rocker", "idler_radius", "frame", "mode", *TARGETS), gear_linkage),
     "closed_differential": (("ratio_36_braked", "ratio_14_braked", "planets", "teeth", "tolerance", "limit"), closed_differential),
