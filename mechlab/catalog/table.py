@@ -194,5 +194,9 @@ TABLE = (
         "Two flexures as pinned bars with torsion springs: a stage that shifts without turning."),
     Row("antiparallelogram", "Antiparallelogram", "linkage", *PLANAR,
         "Crossed bars: the cranks turn in opposite senses as rolling ellipses do."),
+    Row("path_fourbar", "Path four-bar", "linkage", *PLANAR,
+        "Four-bar with a coupler point, placed and turned as a synthesis of a path demands."),
+    Row("path_fivebar", "Geared path five-bar", "linkage", *PLANAR,
+        "Five bars and a pair of gears with a coupler point, placed as a path demands."),
 )  # fmt: skip
 """All mechanisms of the catalog, in the order in which they are listed: those of the sources and benchmarks, then by family."""
