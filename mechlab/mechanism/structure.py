@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from scipy.linalg import qr
 
 from mechlab.mechanism.batch_sparse import smallest_of_rows
 from mechlab.mechanism.constraints import ConstraintSet
@@ -228,7 +227,11 @@ def same_sign(before: Array, after: Array, fixed: Array) -> bool:
     rest = (before @ free) / np.where(sizes > NOTHING, sizes, np.inf)[:, None]
     if min(rest.shape) < free.shape[1]:
         return True
-    keep = qr(rest.T, mode="r", pivoting=True)[1][: free.shape[1]]
+    keep = []
+    for _ in range(free.shape[1]):  # the row with the largest remainder next
+        keep.append(int(np.argmax(np.einsum("ij,ij->i", rest, rest))))
+        along = rest[keep[-1]] / max(float(np.linalg.norm(rest[keep[-1]])), NOTHING)
+        rest = rest - np.outer(rest @ along, along)
     signs, logs = np.linalg.slogdet(np.stack([np.vstack([x[keep], fixed]) for x in (before, after)]))
     return bool(signs[0] * signs[1] >= 0 or logs.min() < -60.0)
 
