@@ -31,8 +31,7 @@ def build(p: Parameters) -> Mechanism:
     """A pin slides and turns in hub 1, and in hub 2 by the loop."""
     out, r = np.array([math.cos(p.bend), math.sin(p.bend), 0.0]), p.radius
     w, hub = InWorld("bent_pin", 0.15 * r, (0, 0, 0), "bent-pin coupling"), Inertia.cylinder(0.2, r, r)
-    holes = enumerate(circle(r, [2 * math.pi * k / p.pins for k in range(p.pins)]))
-    corners = [np.array([float(slide(p, np.array(0.0), k)), y, z]) for k, (y, z, _) in holes]
+    corners = [np.array([-y * math.tan(0.5 * p.bend), y, z]) for y, z, _ in circle(r, (2 * math.pi / p.pins * np.arange(p.pins)).tolist())]
     far, end = (3.0 * r * math.tan(0.5 * p.bend) * x for x in (np.array([-1.0, 0, 0]), out))
     w.link("driver", revolute("driver_angle", "x"), at=far, to=[far * 1.4, *(far + c * [0, 1, 1] for c in corners)], more=hub)
     w.link("follower", revolute("follower_angle", out.tolist()), at=end, to=[1.4 * end, *(end + c - c @ out * out for c in corners)],
@@ -52,7 +51,7 @@ def closed(p: Parameters, given: Motion) -> Motion:
 
 ENTRY = builder_entry(
     "bent_pin", "Bent-pin coupling", "coupling", summary="Bent pins slide in two hubs at an angle: equal turn even at ninety degrees.",
-    use="Right-angle drives without gears, the elbow engine, hand tools.", origin="known as Hobson's coupling since about 1900",
+    use="Right-angle drives without gears, elbow engines, hand tools.", origin="known as Hobson's coupling since about 1900",
     parameters=Parameters, build=build, path=lambda p: {"driver_angle": (0.0, 2 * math.pi)}, closed=closed, sliders=("bend",), duration=0.5,
     plots=(PlotRecipe("pins", ("slide_0", "slide_1")),),
     outside=(alike("follower_angle", "driver_angle", "mirror symmetry"),

@@ -39,23 +39,21 @@ def arms(p: Parameters, given: Mapping[str, float]) -> dict[str, float]:
 
 def build(p: Parameters) -> Mechanism:
     """The platform has all six freedoms; the rods take away its turns."""
-    w, down = InWorld("clavel_delta", 0.012, summary="Delta robot with rotary arms"), (0, 0, -p.depth)
-    legs = [leg(p, k, {}) for k in range(3)]
-    platform(w, "platform", down, [x[2] for x in legs], 0.5)
+    w, legs = InWorld("clavel_delta", 0.012, summary="Delta robot with rotary arms"), [leg(p, k, {}) for k in range(3)]
+    platform(w, "platform", (0, 0, -p.depth), [x[2] for x in legs], 0.5)
     for k, (t, elbow, joint, out) in enumerate(legs, 1):
-        half = 0.5 * p.width * np.array([-out[1], out[0], 0.0])
+        half = 0.5 * p.width * np.cross([0, 0, 1], out)
         crank(w, f"arm_{k}", ARMS[k - 1], p.base * out, -out, t, elbow + half, elbow - half)
-        for n, side in (("left", half), ("right", -half)):
-            rod(w, f"rod_{k}_{n}", elbow + side, joint + side, f"arm_{k}", "platform")
-    return w.mark("P", "platform", down).build()
+        rod(w, f"rod_{k}_left", elbow + half, joint + half, f"arm_{k}", "platform")
+        rod(w, f"rod_{k}_right", elbow - half, joint - half, f"arm_{k}", "platform")
+    return w.mark("P", "platform", (0, 0, -p.depth)).build()
 
 
 PATH, ARMS = to("platform", 0.1, -0.05, -0.06), ("arm_1_angle", "arm_2_angle", "arm_3_angle")
 ENTRY = builder_entry(
-    "clavel_delta", "Delta robot", "parallel-robot",
-    summary="Three rotary arms and three pairs of rods: fast translation of a level platform.",
-    use="Picking and packing at several parts a second.", origin="Reymond Clavel, 1985", parameters=Parameters, build=build,
-    path=lambda p: PATH, drives=ARMS, closed=each(arms), sliders=("arm", "rod"), plots=(PlotRecipe("arms", ARMS),),
+    "clavel_delta", "Delta robot", "parallel-robot", use="Picking and packing at several parts a second.",
+    summary="Three rotary arms and three pairs of rods: fast translation of a level platform.", origin="Reymond Clavel, 1985", drives=ARMS,
+    parameters=Parameters, build=build, path=lambda p: PATH, closed=each(arms), sliders=("arm", "rod"), plots=(PlotRecipe("arms", ARMS),),
     outside=(*ends(arms, PATH, ARMS[:2], "Clavel 1991: sphere and circle"),
              always("tilt", "rad", lambda p, m: abs(m["platform_roll"]) + abs(m["platform_pitch"]), lambda p: 0.0, "parallelograms")),
     chain="3 R (SS)2", formulas="|elbow - platform joint| = rod.", sources=("Clavel, Conception d'un robot parallele rapide, EPFL 1991",),
