@@ -104,7 +104,8 @@ VERBS: dict[str, Verb] = {
         flags={"kinds": "--map"},
     ),
     "synthesize": Verb(
-        "dimensions from wanted properties: motion, planetary, gear_linkage, closed_differential", "TASK key=value ..."
+        "dimensions from wanted properties: motion, path, function, straight_line, dwell, planetary, gear_linkage, closed_differential",
+        "TASK key=value ...",
     ),
     "compare": Verb(
         "mechanisms of one purpose side by side, as a table or a page: straight-line, quick-return, walking", "TASK [-o FILE.html]"

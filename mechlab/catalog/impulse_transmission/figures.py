@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from mechlab.analytic.impulse import (
     ConstantSpeed,
+    Impulse,
     constant_speed_acceleration,
     harmonic_motion,
     periodic_orbit,
@@ -19,7 +21,8 @@ from mechlab.catalog.bibliography import ALYUKOV
 from mechlab.catalog.impulse_transmission.build import Parameters
 from mechlab.catalog.impulse_transmission.ratio import AXES, CANDIDATES, fits
 from mechlab.catalog.impulse_transmission.scenes import FIGURE_7, SPEED, of_scene, simulate
-from mechlab.experiment.figure import Curve, Drawing, Panel, Reading, SourceFigure
+from mechlab.catalog.impulse_transmission.torque import best_load, over_load
+from mechlab.experiment.figure import Curve, Drawing, Note, Panel, Reading, SourceFigure
 from mechlab.integrate import integrate_hybrid
 from mechlab.kit.portrait import flow, section
 from mechlab.mechanism.geometry import Array
@@ -60,7 +63,7 @@ def _both(p: Parameters, duration: float, label: str, color: int) -> dict[str, t
 
 
 def _with_ratio(scene: str, q: str) -> Parameters:
-    return replace(of_scene(scene), q=CANDIDATES[q])
+    return replace(of_scene(scene), q=Fraction(q))
 
 
 def figure_2() -> Drawing:
@@ -114,7 +117,7 @@ def figure_5() -> Drawing:
     best = {f.q: f for f in reversed(fits()) if not f.order_exchanged}
     for k, q in enumerate(("4/3", "5/3", "4/2")):
         start = float(unidirectional(replace(p.impulse, q=CANDIDATES[q]), SPEED).psi_a) / CANDIDATES[q]
-        time, beta, _ = at_constant_speed(replace(p, q=CANDIDATES[q], alpha_0=start), 1.0)
+        time, beta, _ = at_constant_speed(replace(p, q=Fraction(q), alpha_0=start), 1.0)
         curves.append(Curve(time + 4.0, beta + 18.4, f"q = {q}, steady at 150 rad/s", "dashed", k))
         low, high = best[q].ranges["figure 5"]
         readings.append(Reading(f"turn within 1 s of the steady rotation, q = {q}", 1.0, high - low, "rad"))
@@ -135,7 +138,8 @@ def figure_7() -> Drawing:
         "loops", BETA, RATE,
         (
             Curve(turns[:, 1], turns[:, 3], "with the motor, 12 turns (thin in the paper too)", "thin", 4),
-            Curve(*shot, "shooting, constant input speed", "thick", 0), Curve(*formulas["printed"], "formula (7) as printed", "dashed", 1),
+            Curve(shot[0], shot[1], "shooting, constant input speed", "thick", 0),
+            Curve(*formulas["printed"], "formula (7) as printed", "dashed", 1),
             Curve(*formulas["consistent"], "all terms of the third order", "dotted", 2),
         ),
         printed_x=_ticks(-0.1, 0.08, 0.02), printed_y=(-10.0, 20.0),
@@ -169,7 +173,7 @@ def figure_8() -> Drawing:
         shot = motion(i, SPEED, orbit.start, orbit.period, t)
         kinds = (("printed", "formula (7) as printed", "dashed", 1), ("consistent", "all terms of the third order", "dotted", 2))
         formulas = tuple(Curve(*harmonic_motion(i, SPEED, t, kind), label, style, color) for kind, label, style, color in kinds)
-        loops = (Curve(*shot, "shooting", "thick", 0), *formulas)
+        loops = (Curve(shot[0], shot[1], "shooting", "thick", 0), *formulas)
         title = f"J2 = {i.J2:g} kg m2, c = {i.c:g} N m/rad: ours"
         panels.append(Panel(title, BETA, RATE, loops, printed_x=ticks, printed_y=rates))
         readings.append(Reading(f"ends of the axis and of the loop, c = {i.c:g}", (ticks[0], ticks[-1]), _extent(shot[0]), "rad"))
@@ -195,7 +199,8 @@ def figure_9() -> Drawing:
     _, y = flow(f, few, 4 * orbit.period, orbit.period / 200.0, 801)
     points = section(f, start, orbit.period, 80, 100)
     loop = motion(i, SPEED, orbit.start, orbit.period, np.linspace(0.0, orbit.period, 401))
-    paths = (Curve(y[..., 0].T, y[..., 1].T, "4 turns from other states", "thin", 4), Curve(*loop, "periodic motion", "thick", 0))
+    periodic = Curve(loop[0], loop[1], "periodic motion", "thick", 0)
+    paths = (Curve(y[..., 0].T, y[..., 1].T, "4 turns from other states", "thin", 4), periodic)
     crossings = (
         Curve(points[..., 0].T, points[..., 1].T, f"{STARTS_9} motions, 80 turns", "dots", 4),
         Curve([orbit.start[0]], [orbit.start[1]], "periodic motion", "crosses", 0),
@@ -227,6 +232,48 @@ def figure_of_q() -> Drawing:
     return Drawing((panel,), readings)
 
 
+def torque() -> Drawing:
+    """Mean torques over the load without a clutch, and over the output speed with one, at 150 rad/s."""
+    base, M1 = Impulse(), 750.0
+    load = np.linspace(0.0, 80.0, 81)
+    found = unidirectional(base, SPEED, load, M1)
+    forward, back = found.forward_time, found.return_time
+    output = load + M1 * (forward - back) / (forward + back)
+    turns_back = float(load[np.argmax(found.mean_speed < 0.0)])
+    without = Panel(
+        "without a clutch, M1 = 750 N m", "load M0 [N m]", "mean torque [N m]",
+        (
+            Curve(load, found.mean_motor_torque, "motor", "thick", 0), Curve(load, output, "output shaft", "dashed", 4),
+            Curve(load, load, "useful: the load M0", "solid", 1),
+        ),
+        notes=(Note("from here on the load drives the shaft back", 1.0, 55.0, (turns_back, float(found.mean_motor_torque[0]))),),
+    )  # fmt: skip
+    over = over_load(base, SPEED)
+    best, cycle = best_load(base, SPEED)
+    with_clutch = Panel(
+        "with a one-way clutch to the housing, without friction", "mean output speed [rad/s]", "mean torque [N m]",
+        (
+            Curve(over["speed"], over["motor"], "motor", "thick", 0),
+            Curve(over["speed"], over["load"], "output shaft: the load M0", "solid", 1),
+            Curve([cycle.mean_speed] * 2, [cycle.motor_torque, best], "largest useful power", "crosses", 4),
+        ),
+        log="y", y_range=(1.0, 4000.0), x_range=(0.0, 28.0),
+    )  # fmt: skip
+    fourth, fifth = (unidirectional(base, SPEED, *pair) for pair in ((18.0, M1), (0.0, 20.0)))
+    useful = 18.0 * float(fourth.mean_speed)
+    readings = (
+        Reading("mean torque of the motor, figure 4, without a clutch: that of the output shaft is the same", "-",
+                float(fourth.mean_motor_torque), "N m"),
+        Reading("the same, figure 5", "-", float(fifth.mean_motor_torque), "N m"),
+        Reading("share of the power that the load gets, figure 4, without a clutch", "-",
+                useful / (float(fourth.mean_motor_torque) * SPEED)),
+        Reading("with the clutch, largest useful power (optimize over M0)", "-", best * cycle.mean_speed, "W"),
+        Reading("at the load, the motor torque", "-", [best, cycle.motor_torque], "N m"),
+    )  # fmt: skip
+    text = "The best load: mechlab optimize impulse_transmission M0=100:2700 M1=0 clutch_at_speed=150 --maximize useful_power"
+    return Drawing((without, with_clutch), readings, text)
+
+
 def _largest(x: Array) -> float:
     return float(np.abs(x).max())
 
@@ -244,5 +291,7 @@ FIGURES = (
     SourceFigure("figure 7", "Periodic motions on a spring, by formula and by integration.", ALYUKOV, figure_7, ("M7", "M9", "M14")),
     SourceFigure("figure 8", "Periodic motions of other shapes.", ALYUKOV, figure_8, ("M15",)),
     SourceFigure("figure 9", "Examples of phase paths and periodic motions.", ALYUKOV, figure_9, ("M15",)),
+    SourceFigure("transformation of torque", "Mean torques of motor and output shaft; what a one-way clutch to the housing changes.",
+                 ALYUKOV, torque, ("M17",)),
     SourceFigure("ratio q", "Which q fits the readable axes: none fits all.", ALYUKOV, figure_of_q, ("M16",)),
 )  # fmt: skip

@@ -27,8 +27,8 @@ LOOKS: dict[str, dict[str, Any]] = {
 }  # fmt: skip
 WIDTH, HEIGHT, DPI = 10.0, 4.8, 100
 """Size of a picture [inch] with one row of panels, and its pixels per inch: legible on a sheet without a click."""
-FEW_COLORS = 192
-"""Colors of a .png: with them a picture takes 20 to 60 kB."""
+FEW_COLORS, MOST_BYTES = (192, 96, 64, 40), 60_000
+"""Colors of a .png: as many as keep it below so many bytes, at least the last number."""
 
 
 @dataclass(frozen=True)
@@ -100,8 +100,15 @@ def write_picture(figure: SourceFigure, drawing: Drawing, path: Path) -> Path:
         with unfinished(path) as temporary:
             picture.savefig(temporary, metadata={"Date": None} if path.suffix == ".svg" else None)
             if path.suffix == ".png":
-                fewer_colors(temporary, FEW_COLORS)
+                _keep_small(temporary)
     return path
+
+
+def _keep_small(picture: Path) -> None:
+    for colors in FEW_COLORS:
+        fewer_colors(picture, colors)
+        if picture.stat().st_size < MOST_BYTES:
+            return
 
 
 def _picture(figure: SourceFigure, drawing: Drawing) -> Any:

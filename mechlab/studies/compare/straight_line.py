@@ -21,7 +21,7 @@ SHARE = 1e-3
 """Straightness at which strokes are compared: width of the strip over its length."""
 HALF = 0.5
 """Stroke at which straightness is compared, in longest bars."""
-POINT = {"hart": "R"}
+POINT = {"hart": "R", "kempe": "V2"}
 """The point that goes straight where it is not called P."""
 FINEST = 1e-7
 

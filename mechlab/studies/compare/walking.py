@@ -17,7 +17,7 @@ from mechlab.studies.cycle.cycle import run_cycle
 Flags = NDArray[np.bool_]
 FAMILY = "walking"
 POINTS = 360
-FEET = ("foot", "foot_1")
+FEET = ("foot", "foot_1", "foot_l")
 """The point that walks, the first that a mechanism has."""
 LEVEL = 0.02
 """A foot stands while it is no higher over its lowest place than this part of the length of its path."""
