@@ -65,7 +65,7 @@ class BatchDynamics:
             except np.linalg.LinAlgError:
                 pass
         jacobian = self.rows.evaluate(q)[1]
-        return constrained_accelerations(mass, push, jacobian, -self.rows.bias(poses, screws, turned, v))
+        return constrained_accelerations(mass, push, jacobian, -self.rows.bias(poses, screws, turned, q, v))
 
     def _masses(
         self, poses: Poses, screws: tuple[Array, Array], turned: tuple[Array, Array], v: Array

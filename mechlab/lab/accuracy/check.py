@@ -92,7 +92,7 @@ def _check_settings(problem: Problem, used: str, fastest: float, sharp: bool) ->
             coarse, fine = RULES.check_tolerances
             yield _CheckSetting(method, (looser * coarse, looser * fine), FIRST_INTERVAL * rule.evaluations * price)
             continue
-        fewer = not (sharp or problem.mechanism.loops or problem.mechanism.relations)
+        fewer = not (sharp or problem.mechanism.is_closed)
         least = math.ceil(between * fastest / rule.stable) if rule.stable and fastest > 0.0 else 0
         for each in sorted({max(x, least) for x in ((few // 4, few // 2, few) if fewer else (few,))}):
             if each > most_steps:

@@ -111,7 +111,7 @@ def meets_range(m: Mechanism, q: Array) -> bool:
 
 def _closed(m: Mechanism, q: Array, v: Array) -> tuple[Array, Array]:
     """The nearest closed poses, and the nearest rates that keep them closed."""
-    if not (m.loops or m.relations):
+    if not m.is_closed:
         return q, v
     rows = BatchRows(BatchTree(m))
     for _ in range(CLOSINGS):

@@ -72,7 +72,7 @@ def _same_rows(case: ExaminedFile) -> bool:
     m = case.mechanism
     if m is None or case.file is None or case.file.lost:
         return False
-    return case.kind != "URDF" or not (m.loops or m.relations)
+    return case.kind != "URDF" or not m.is_closed
 
 
 def _loops(case: ExaminedFile) -> int | None:

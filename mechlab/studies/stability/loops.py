@@ -76,7 +76,7 @@ def plan_redundancy(case: StabilityCase) -> StabilityPlan | str:
     """The map of redundant rows: the timestep against the regularisation of the rows. A text says why there is no
     map."""
     m = case.mechanism
-    redundant = structure(m).redundant if m.loops or m.relations else ()
+    redundant = structure(m).redundant if m.is_closed else ()
     if not redundant:
         return "none of its constraint rows repeats others"
     case = case.free
