@@ -4,7 +4,7 @@
     motion["P_x"], motion["rocker_angle_rate"]          # (25,) each
 
 The path is the time from 0 to 1 s; each drive moves evenly from its first value to its last. Quantities are those of the engines
-(`mechlab.kit.quantities`): joints, shafts, NAME_x _y _z of frames, and their rates; DRIVE_force of a single drive, the force [N or N m]
+(`mechlab.kit.quantities`): joints, shafts, NAME_x _y _z of frames, and their rates; NAME_accel of joints and shafts; DRIVE_force of a single drive, the force [N or N m]
 that holds the mechanism still against gravity and springs.
 """
 
@@ -45,9 +45,10 @@ class EngineMotion(Mapping[str, Array]):
     Raises NoSolution where the mechanism does not close, MechlabError for an unknown quantity.
     """
 
-    def __init__(self, witness: str, m: Mechanism, path: Path, count: int) -> None:
+    def __init__(self, witness: str, m: Mechanism, path: Path, places: int | Array) -> None:
+        """places: a number of even ones, or all of them, rising from 0 to 1."""
         self.engine, self.m, self.path = engine(witness), m, path
-        self.places = np.linspace(0.0, 1.0, count)
+        self.places = np.linspace(0.0, 1.0, places) if isinstance(places, int) else np.asarray(places, dtype=float)
         self._frames: dict[str, tuple[Array, Array]] = {}
 
     @cached_property
@@ -82,6 +83,12 @@ class EngineMotion(Mapping[str, Array]):
         speeds = {n: b - a for n, (a, b) in self.path.items()}
         return np.array([self.engine.rates(self.m, q, speeds) for q in self.q])
 
+    @cached_property
+    def a(self) -> Array:
+        """(n, nv) accelerations; those of the drives are 0."""
+        still = dict.fromkeys(self.path, 0.0)
+        return np.array([self.engine.accelerations_of(self.m, q, v, still) for q, v in zip(self.q, self.v, strict=True)])
+
     @property
     def _forces(self) -> tuple[str, ...]:
         return tuple(f"{n}_force" for n in self.path) if len(self.path) == 1 else ()
@@ -101,6 +108,8 @@ class EngineMotion(Mapping[str, Array]):
             return np.array([float(m.value(name, q)) for q in self.q])
         if key in self._forces:
             return self.holding
+        if key.endswith("_accel") and key.removesuffix("_accel") in m.scalar_names:
+            return np.asarray(self.a @ m.row(key.removesuffix("_accel")))
         frame, _, letter = name.rpartition("_")
         if letter not in ("x", "y", "z") or frame not in {f.name for f in m.frames}:
             raise unknown(f"{m.name}: quantity", key, self)

@@ -56,7 +56,7 @@ class Curve:
         if any(b <= a for a, b in zip(self.knots, self.knots[1:], strict=False)):
             raise MechlabError("curve: its knots must rise.")
         gaps = self._gaps()
-        size = max(float(np.max(np.abs(self._table), initial=0.0, where=self._powers < 1)), abs(self.rise or 0.0), 1e-300)
+        size = max(float(np.max(np.abs(self._table[:, 0]))), abs(self.rise or 0.0), 1e-300)
         width = np.append(np.diff(self.knots)[1:], self.knots[1] - self.knots[0])
         for k, what, scale in ((0, "value", np.ones(count)), (1, "slope", width)):
             worst = int(np.argmax(np.abs(gaps[:, k] * scale)))
@@ -69,10 +69,6 @@ class Curve:
     @cached_property
     def _table(self) -> Array:
         return np.array(self.pieces, dtype=float)
-
-    @cached_property
-    def _powers(self) -> Array:
-        return np.broadcast_to(np.arange(self._table.shape[1]), self._table.shape)
 
     @property
     def period(self) -> float:
@@ -94,10 +90,11 @@ class Curve:
     @cached_property
     def jumps(self) -> tuple[float, ...]:
         """Knots at which the second derivative jumps, by more than rounding or sampling."""
-        gaps = np.abs(self._gaps()[:, 2])
-        ends = np.abs(np.stack(_derivatives(self._table, np.diff(self.knots)), axis=1)[:, 2])
-        largest = max(float(np.max(ends)), float(np.max(np.abs(2.0 * self._table[:, 2:3]), initial=0.0)))
-        return tuple(self.knots[k + 1] for k in np.flatnonzero(gaps > SMOOTH * largest))
+        powers, width = np.arange(self._table.shape[1]), np.diff(self.knots)
+        parts = np.abs(self._table) * powers * (powers - 1) * width[:, None] ** np.maximum(powers - 2, 0)
+        rounding = 1e-11 * float(np.max(np.abs(self._table[:, 0]))) / float(np.min(width)) ** 2
+        limit = max(SMOOTH * float(np.max(parts.sum(axis=1))), rounding)
+        return tuple(self.knots[k + 1] for k in np.flatnonzero(np.abs(self._gaps()[:, 2]) > limit))
 
     def folded(self, x: float) -> float:
         """The place itself, or that of the first period which stands for it."""
@@ -157,34 +154,55 @@ class CurveRelation:
         return self if x == y == 1.0 else replace(self, curve=self.curve.scaled(x, y))
 
 
-def hermite(
-    knots: Sequence[float] | Array, values: ArrayLike, slopes: ArrayLike, bends: ArrayLike, *, periodic: bool = False
-) -> Curve:
-    """The quintic through values, slopes and second derivatives at rising knots: (n,) each, or (n - 1, 2) second derivatives at both ends
-    of every piece where they jump at knots.
+def polynomial(coefficients: Sequence[float], at: float = 0.0) -> Curve:
+    """The curve of one polynomial, lowest power first, of the distance from `at`."""
+    return Curve((at, at + 1.0), (tuple(float(c) for c in coefficients),))
+
+
+def hermite(knots: ArrayLike, values: ArrayLike, slopes: ArrayLike, bends: ArrayLike, *, periodic: bool = False) -> Curve:
+    """The quintic through values, slopes and second derivatives (n,) at rising knots (n,).
 
     Of a smooth law sampled at distances h the error is h^6 / 46080 times its largest sixth derivative, h^4 / 1920 of it in f''
     (Birkhoff & Priver 1967). periodic: the last value is the first plus the rise.
     """
     x, f, g, b = (np.asarray(a, dtype=float) for a in (knots, values, slopes, bends))
-    if b.ndim == 1:
-        b = np.stack([b[:-1], b[1:]], axis=1)
-    if not (x.ndim == 1 and len(x) > 1 and f.shape == g.shape == x.shape and b.shape == (len(x) - 1, 2)):
+    if x.ndim != 1 or len(x) < 2 or not f.shape == g.shape == b.shape == x.shape:
         raise MechlabError(
             f"curve: expected as many values, slopes and second derivatives as knots, got shapes {x.shape}, {f.shape}, {g.shape}, {b.shape}."
         )
     h = np.diff(x)
-    rise, end, bend = f[1:] - f[:-1] - h * (g[:-1] + 0.5 * h * b[:, 0]), g[1:] - g[:-1] - h * b[:, 0], b[:, 1] - b[:, 0]
+    rise, end, bend = f[1:] - f[:-1] - h * (g[:-1] + 0.5 * h * b[:-1]), g[1:] - g[:-1] - h * b[:-1], b[1:] - b[:-1]
     table = np.stack([
-        f[:-1], g[:-1], 0.5 * b[:, 0],
+        f[:-1], g[:-1], 0.5 * b[:-1],
         (10.0 * rise / h - 4.0 * end + 0.5 * h * bend) / h**2,
         (-15.0 * rise / h + 7.0 * end - h * bend) / h**3,
         (6.0 * rise / h - 3.0 * end + 0.5 * h * bend) / h**4,
     ], axis=1)  # fmt: skip
-    gain = float(f[-1] - f[0])
-    if abs(gain) < 1e-15 * float(np.max(np.abs(f))):  # rounding of the law
-        gain = 0.0
-    return Curve(tuple(x.tolist()), tuple(tuple(row) for row in table.tolist()), gain if periodic else None)
+    pieces = tuple(tuple(row) for row in table.tolist())
+    return Curve(tuple(x.tolist()), pieces, _gain(float(f[0]), float(f[-1]), f) if periodic else None)
+
+
+def constant(start: float, end: float, value: float) -> Curve:
+    """The curve of a dwell, for `joined` with quintics."""
+    return hermite([start, end], [value, value], [0.0, 0.0], [0.0, 0.0])
+
+
+def joined(curves: Sequence[Curve], *, periodic: bool = False) -> Curve:
+    """Curves end to end: each begins where the one before ends, with its value and its slope; the second derivative may jump there."""
+    knots, pieces = list(curves[0].knots), list(curves[0].pieces)
+    for before, curve in zip(curves, curves[1:], strict=False):
+        if curve.knots[0] != before.knots[-1]:
+            raise MechlabError(f"curve: a part begins at {curve.knots[0]:.9g}, the part before it ends at {before.knots[-1]:.9g}.")
+        knots += curve.knots[1:]
+        pieces += curve.pieces
+    ends = curves[0].at(knots[0])[0], curves[-1].at(knots[-1])[0]
+    return Curve(tuple(knots), tuple(pieces), _gain(*ends, curves[0]._table) if periodic else None)
+
+
+def _gain(first: float, last: float, values: Array) -> float:
+    """Last value less the first, 0 where it is rounding."""
+    gain = last - first
+    return gain if abs(gain) > 1e-15 * float(np.max(np.abs(values))) else 0.0
 
 
 def _derivatives(table: Array, d: Array) -> tuple[Array, Array, Array]:

@@ -140,6 +140,8 @@ def renamed(part: Part, own: Rename, body: Rename, scalar: Rename) -> Part:
         return replace(out, a=scalar(part.a), b=scalar(part.b), carrier=body(part.carrier))
     if isinstance(part, LinearRelation):
         return replace(out, coefficients=tuple((scalar(n), c) for n, c in part.coefficients))
+    if isinstance(part, CurveRelation):
+        return replace(out, output=scalar(part.output), input=scalar(part.input))
     if isinstance(part, Shaft):
         terms = tuple((scalar(n), c) for n, c in part.coefficients)
         return replace(out, name=scalar(part.name), coefficients=terms, body=body(part.body))

@@ -87,6 +87,7 @@ def from_compiled(model: mujoco.MjModel, path: Path | None = None) -> ModelFile:
     still = switched_off(model, mujoco.mjtDisableBit.mjDSBL_GRAVITY)
     builder = Builder(_name(model), (0.0, 0.0, 0.0) if still else vector(model.opt.gravity))
     builder.bodies, builder.loops, builder.meshes = tree.bodies, equalities.loops, list(equalities.relations)
+    builder.curves = equalities.curves
     builder.shafts, builder.springs, builder.drives = (
         list(tendons.shafts.values()),
         list(tendons.springs.values()),
