@@ -25,7 +25,7 @@ LIKE: dict[str, dict[str, str]] = {
     "chart": {
         "scene": "--scene", "duration": "--duration", "target": "--target", "fidelity": "--fidelity", "peers": "--peers", "out": "-o",
     },
-    "claims": {"figure": "--figure"},
+    "claims": {"figure": "--figure", "out": "-o"},
     "cycle": {
         "drive": "--drive", "output": "--output", "points": "--points", "span": "--span", "fidelity": "--fidelity", "out": "-o",
     },

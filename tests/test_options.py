@@ -167,7 +167,14 @@ COMMANDS: dict[tuple[str, str], list[Differ | Writes | Refused]] = {
         Differ("track delta6 D_x=0:0.01:3", "--fidelity full"), Refused(f"{TRACK} --fidelity no", "'no'"),
     ],
     ("track", "-o"): [Writes(f"{TRACK} -o {{}}/a.npz", "a.npz"), Refused(f"{TRACK} -o {{}}/a.csv", ".npz")],
-    ("claims", "--figure"): [Refused("claims pendulum --figure {}/a.png", "figure"), Refused("claims crank=1", "crank")],
+    ("claims", "--figure"): [
+        Refused("claims pendulum --figure {}/a.png", "figure"), Refused("claims closed_differential --figure 99", "99"),
+        Refused("claims crank=1", "crank"),
+    ],
+    ("claims", "-o"): [
+        Writes("claims closed_differential --figure all -o {}/a.png", "a.png"), Refused("claims closed_differential -o {}/a.gif", ".svg"),
+        Refused("claims pendulum -o {}/a.png", "pendulum"),
+    ],
     ("chart", "--scene"): [Refused(f"{CHART} --scene no", "'no'"), Differ("chart fourbar --duration 0.02", "--scene free-run", slow=True)],
     ("chart", "--duration"): [Differ(CHART, "--duration 0.2", slow=True), Refused("chart pendulum --duration -1", "duration")],
     ("chart", "--target"): [Differ(CHART, "--target 1e-7", slow=True), Refused(f"{CHART} --fidelities --target 1e-3", "--target")],

@@ -11,10 +11,11 @@ import numpy as np
 
 from mechlab.analytic import bspline
 from mechlab.analytic.regions import EXACT, SMOOTH, Algebra, indicator
+from mechlab.catalog.bibliography import B_SPLINES, REGIONS
 from mechlab.kit.claims import Evidence, Ledger, above, evidence, fails, holds, near, none, only_if, true
 from mechlab.mechanism.geometry import Array
 
-LENGTHS = Ledger("Calculation of the length of a B-spline curve")
+LENGTHS = Ledger(B_SPLINES)
 CLAMPED = (0.0, 0.0, 0.0, 0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.0, 1.0, 1.0)
 PLANE = bspline.BSpline(3, CLAMPED, ((0, 0), (60, 80), (120, -40), (180, 60), (240, 0), (300, 90), (340, 20), (400, 0)))
 """A smooth cubic of five spans (the example of the source is lost)."""
@@ -102,7 +103,7 @@ def start_of_braking() -> Evidence:
     return evidence(computed, naive=naive, u=found.parameter, off=off, off_share=off / found.distance)
 
 
-ALGEBRAS = Ledger("Boolean algebras on the basis of continuous and continuously differentiable functions")
+ALGEBRAS = Ledger(REGIONS)
 CASES = 200_000
 
 

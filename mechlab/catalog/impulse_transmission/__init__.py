@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from mechlab.catalog.bibliography import ALYUKOV
 from mechlab.catalog.impulse_transmission.build import Parameters, build, expand, warnings
 from mechlab.catalog.impulse_transmission.checks import CHECKS
 from mechlab.catalog.impulse_transmission.claims import CLAIMS
@@ -47,5 +48,5 @@ ENTRY = Entry(
     portraits=PORTRAITS,
     chain="differential with a free carrier and unbalanced planets",
     formulas=FORMULAS,
-    sources=("paper on the dynamics of an inertial-impulse transmission (source 002)",),
+    sources=(ALYUKOV.citation,),
 )

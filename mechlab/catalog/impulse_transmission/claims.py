@@ -16,6 +16,7 @@ from mechlab.analytic.impulse import (
     shape,
     unidirectional,
 )
+from mechlab.catalog.bibliography import ALYUKOV
 from mechlab.catalog.impulse_transmission.build import Parameters, build
 from mechlab.catalog.impulse_transmission.checks import equations, error_of_harmonics
 from mechlab.catalog.impulse_transmission.questions import closed_cycle
@@ -34,10 +35,11 @@ from mechlab.kit.claims import (
     misprint,
     only_if,
     true,
+    unreadable,
 )
 from mechlab.mechanism.structure import structure
 
-LEDGER = Ledger("paper on the dynamics of an inertial-impulse transmission (source 002)")
+LEDGER = Ledger(ALYUKOV)
 
 
 @LEDGER.claim(
@@ -99,12 +101,15 @@ def motor_constants() -> Evidence:
 
 
 @LEDGER.claim(
-    "M5", "motor", "The unit of nu.", "c*/kg m2",
-    only_if("the damaged unit is read as s^2/(kg m^2), which is 1/(N m)"),
+    "M5", "figure 2, list of parameters", "The unit of nu, which the scan shows as c*/(kg m2).", "s^x/(kg m2)",
+    unreadable("s^2/(kg m^2), which is 1/(N m); the list of figure 4 shows the same", when=equals("seconds", 2) & equals("rest", [-1, -2])),
+    fails("no power of a second makes a unit of nu of it"),
 )  # fmt: skip
 def motor_unit() -> Evidence:
-    """Unit of nu from Md' = (Mn - Md - (alpha' - wn) / (nu wxx)) / tau."""
-    return evidence({"dimension: nu wxx in rad/s per N m, hence nu in": "1/(N m) = s^2/(kg m^2)"})
+    """Unit of nu from Md' = (Mn - Md - (alpha' - wn) / (nu wxx)) / tau: that of a speed over a torque and a speed."""
+    torque, speed = np.array([1, 2, -2]), np.array([0, 0, -1])  # powers of kg, m, s
+    kg, m, s = (speed - torque - speed).tolist()
+    return evidence({"dimension: nu in kg^i m^j s^k, i, j, k": [kg, m, s]}, seconds=s, rest=[kg, m])
 
 
 @LEDGER.claim(
@@ -136,7 +141,7 @@ def quadratic() -> Evidence:
 
 
 @LEDGER.claim(
-    "M7", "figures 7 and 8", "The loops are limit cycles.", "limit cycles",
+    "M7", "text to figure 7", "The loops of figure 7 are limit cycles.", "limit cycles",
     holds(when=below(1.0 - 1e-3, "shooting: |Floquet multipliers|")),
     fails("no damping, both multipliers lie on the unit circle: neighbouring motions stay beside the orbit and do not come to it. "
           "A limit cycle needs M1 > 0 or the damping of the motor"),
@@ -156,10 +161,10 @@ def limit_cycles() -> Evidence:
 
 
 @LEDGER.claim(
-    "M8", "mean speed", "The output shaft goes on in one direction under load.", "forward",
-    only_if("M0/M1 is below {change:.3g} (set (4), M1 = 750, 150 rad/s); above it the load drives the shaft back",
+    "M8", "text to figure 5", "One-way rotation of the output shaft with high-frequency oscillation is possible.", "one way",
+    only_if("M0/M1 is below {change:.3g} (set (4) of figure 5 with M1 = 750, 150 rad/s); above it the load drives the shaft back",
             when=below(0.0, "slowest")),
-    holds("M0/M1 is below {change:.3g} (set (4), M1 = 750, 150 rad/s); above it the load drives the shaft back"),
+    holds("M0/M1 is below {change:.3g} (set (4) of figure 5 with M1 = 750, 150 rad/s); above it the load drives the shaft back"),
 )  # fmt: skip
 def load_direction() -> Evidence:
     """Sign of the mean speed over M0/M1."""
