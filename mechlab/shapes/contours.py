@@ -7,7 +7,6 @@ import math
 import numpy as np
 
 from mechlab.analytic.cams import LAWS, rise_and_fall, roller_contour
-from mechlab.analytic.geneva import engaged_from
 from mechlab.shapes.build import SMALL, Kind, angle, count, extrude, gap, length, require
 from mechlab.shapes.polygon import circle
 from mechlab.shapes.solid import Mesh, merge
@@ -77,7 +76,8 @@ def geneva_driver(slots: int, center: float, pin: float, thickness: float, bore:
     low = extrude(_points(arm), [circle(bore, SMALL)] if bore else [], -3.2 * t, -1.2 * t)
     near = max(p.real for p in disc if abs(p.imag) < 1e-12 * center)
     holes = [circle(bore, SMALL)] if 0.0 < 1.2 * bore < near else []
-    return merge([low, extrude(_points(disc), holes, -1.2 * t, t), extrude(circle(0.9 * pin, SMALL, (crank, 0.0)), [], -1.2 * t, t)])
+    peg = extrude(circle(0.9 * pin, SMALL, (crank, 0.0)), [], -1.6 * t, t)
+    return merge([low, extrude(_points(disc), holes, -1.4 * t, t), peg])  # they overlap in the arm
 
 
 def disc_cam(

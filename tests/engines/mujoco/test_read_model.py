@@ -17,6 +17,7 @@ from mechlab.engines.mujoco.model_file.coordinates import FileCoordinates
 from mechlab.errors import LeftOutWarning, MechlabError
 from mechlab.experiment.model_file import ModelFile
 from mechlab.formats import from_json, from_mjcf, to_json, to_mjcf
+from mechlab.mechanism import ConstraintSet, TreeKinematics
 from tests.benchmarks.read_files import Pair
 
 ROD = 'type="capsule" fromto="0 0 0 .3 0 0" size=".02" contype="0" conaffinity="0"'
