@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +25,7 @@ class Parameters:
 
 def build(p: Parameters) -> Mechanism:
     """Both wheels about a focus; at 0 the far end of the first touches the near end of the second."""
-    size = {"major": p.major, "eccentricity": p.eccentricity, "thickness": 0.2 * p.major, "bore": 0.1 * p.major}
+    size: dict[str, Any] = {"major": p.major, "eccentricity": p.eccentricity, "thickness": 0.2 * p.major, "bore": 0.1 * p.major}
     b = Builder("oval_gears", gravity=(0, 0, 0), summary="two elliptic gears about their foci")
     for name, x, color in (("input", 0.0, BRASS), ("output", 2.0 * p.major, BLUE)):
         b.body(name, revolute(name, "z"), at=(x, 0, 0), inertia=Inertia.cylinder(0.5, p.major, 0.2 * p.major),
@@ -32,16 +33,16 @@ def build(p: Parameters) -> Mechanism:
     return b.curve("mesh", "output", "input", oval_curve(p.eccentricity)).drive("input", stiffness=20.0, damping=0.2).build()
 
 
-def closed(p: Parameters, given: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+def closed(p: Parameters, given: Mapping[str, Any]) -> dict[str, Any]:
     """Half-angle law, path time 1 s a turn."""
     b, v, a = oval_law(p.eccentricity, given["input"])
     return {"output": b, "output_rate": 2 * math.pi * v, "output_accel": (2 * math.pi) ** 2 * a}
 
 
-def radii(p: Parameters, m: Mapping[str, np.ndarray]) -> np.ndarray:
+def radii(p: Parameters, m: Mapping[str, Any]) -> Any:
     """Radii of both ellipses on the line of the axes, A (1 - e^2) / (1 -+ e cos), over the distance 2 A."""
     e = p.eccentricity
-    return np.asarray(0.5 * (1 - e * e) * (1 / (1 - e * np.cos(m["input"])) + 1 / (1 + e * np.cos(m["output"]))))
+    return 0.5 * (1 - e * e) * (1 / (1 - e * np.cos(m["input"])) + 1 / (1 + e * np.cos(m["output"])))
 
 
 ENTRY = builder_entry(

@@ -224,7 +224,7 @@ def restart_finding(mechanism: Mechanism, t: Array, q: Array, v: Array) -> Findi
 
 def row_kinds(mechanism: Mechanism, constraints: ConstraintSet) -> tuple[list[int], list[int], list[int]]:
     """The rows of a closure that are lengths [m], sines of angles, and sums of relations and curves [rad or m]."""
-    relations = {r.name for r in (*mechanism.relations, *mechanism.curves)}
+    relations = {r.name for r in mechanism.couplings}
     offset: list[int] = []
     angle: list[int] = []
     relation: list[int] = []

@@ -4,8 +4,8 @@
     motion["P_x"], motion["rocker_angle_rate"]          # (25,) each
 
 The path is the time from 0 to 1 s; each drive moves evenly from its first value to its last. Quantities are those of the engines
-(`mechlab.kit.quantities`): joints, shafts, NAME_x _y _z of frames, and their rates; NAME_accel of joints and shafts; DRIVE_force of a single drive, the force [N or N m]
-that holds the mechanism still against gravity and springs.
+(`mechlab.kit.quantities`): joints, shafts, NAME_x _y _z of frames, and their rates; NAME_accel of joints and shafts; DRIVE_force of a
+single drive, the force [N or N m] that holds the mechanism still against gravity and springs.
 """
 
 from __future__ import annotations

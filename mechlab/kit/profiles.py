@@ -2,7 +2,7 @@
 at the knots.
 
 Sampling errors, largest over the turn (tests/kit/test_profiles.py): cams 1e-10 of the lift and 1e-5 of lift / rise^2 in the second
-derivative, none for the law 345, which is a quintic; Geneva wheels from 3 slots on 2e-11 rad and 4e-7 of the largest second derivative;
+derivative, none for the law 3-4-5, which is a quintic; Geneva wheels from 3 slots on 2e-11 rad and 4e-7 of the largest second derivative;
 oval gears with an eccentricity up to 0.6 1e-10 rad. Where the second derivative jumps (the pin enters the slot, the harmonic law leaves
 its dwell) a knot stands.
 """
@@ -18,7 +18,7 @@ from mechlab.analytic.geneva import engaged_from, slot_law
 from mechlab.errors import MechlabError, unknown
 from mechlab.mechanism import Curve, constant, hermite, joined
 
-PIECES = {"cycloidal": 48, "345": 1, "4567": 64, "harmonic": 24}
+PIECES = {"cycloidal": 48, "3-4-5": 1, "4-5-6-7": 64, "harmonic": 24}
 """Pieces of a rise."""
 SLOT_PIECES, OVAL_PIECES = 96, 160
 
@@ -57,8 +57,8 @@ def geneva_curve(slots: int) -> Curve:
 
 
 def oval_curve(eccentricity: float) -> Curve:
-    """Turn of an ellipse that rolls on an equal one, both about a focus, by the turn of this one: tan(b / 2) = (1 + e) / (1 - e) tan(a / 2),
-    backwards. Raises MechlabError for an eccentricity that is not from 0 to 0.9."""
+    """Turn of an ellipse that rolls on an equal one, both about a focus, by the turn of this one: backwards, with
+    tan(b / 2) = (1 + e) / (1 - e) tan(a / 2). Raises MechlabError for an eccentricity that is not from 0 to 0.9."""
     if not 0.0 <= eccentricity <= 0.9:
         raise MechlabError(f"oval gears: expected an eccentricity from 0 to 0.9, got {eccentricity!r}.")
     a = _finer(math.pi, -math.log(max(eccentricity, 0.05)), OVAL_PIECES)
@@ -73,8 +73,8 @@ def _finer(end: float, near: float, pieces: int) -> np.ndarray:
 
 
 def oval_law(eccentricity: float, turn: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Turn of the second ellipse and its derivatives by that of the first, (n,) [rad] from -pi to pi; 0 where the far ends of the first
-    touches the near end of the second: db/da = r / (2 A - r), r the radius of the first there."""
+    """Turn of the second ellipse and its derivatives by that of the first, (n,) [rad] from -pi to pi; 0 where the far end of the
+    first touches the near end of the second. The ratio of the rates is r / (2 A - r), r the radius of the first."""
     e, a = eccentricity, np.asarray(turn, dtype=float)
     half = 0.5 * a
     b = 2.0 * np.arctan2((1.0 + e) * np.sin(half), (1.0 - e) * np.cos(half))

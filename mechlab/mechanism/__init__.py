@@ -38,8 +38,9 @@ from mechlab.mechanism.tree import depth_first
 
 __all__ = [
     "GROUND", "IDENTITY", "AngleBasis", "Assembly", "Body", "Builder", "ConstraintSet", "Curve", "CurveRelation", "Drive", "Frame",
-    "GearMesh",    "Inertia", "Joint", "Kinematics", "LinearRelation", "Loop", "Mechanism", "Placement", "Reduction", "Shaft", "Shape",
+    "GearMesh", "Inertia", "Joint", "Kinematics", "LinearRelation", "Loop", "Mechanism", "Placement", "Reduction", "Shaft", "Shape",
     "Spring", "Status", "Structure", "TreeKinematics", "Winding", "as_fraction", "belt", "close", "constant",
-    "dependent_angles", "depth_first", "floating", "follow", "hermite", "integrate", "joined", "mimic", "mode_sign", "newton", "polynomial", "prismatic",
-    "reduce", "relation", "revolute", "same_mode", "screw", "shape", "singularity", "spherical", "structure", "universal",
+    "dependent_angles", "depth_first", "floating", "follow", "hermite", "integrate", "joined", "mimic", "mode_sign", "newton",
+    "polynomial", "prismatic", "reduce", "relation", "revolute", "same_mode", "screw", "shape", "singularity", "spherical",
+    "structure", "universal",
 ]  # fmt: skip

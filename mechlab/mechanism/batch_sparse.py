@@ -57,10 +57,10 @@ class SparseRows:
             row.append(first + kept[0])
             column.append(columns[kept])
             first += len(columns)
-        first_curve, ends = first + len(rows.relations), rows.curve_ends
-        curved = first_curve + np.arange(len(ends))
+        coupled = rows.curve_ends
+        curved = first + len(rows.relations) + np.arange(len(coupled))
         self.row: Indices = np.concatenate([*row, first + linked, curved, curved])
-        self.column: Indices = np.concatenate([*column, self._relations, ends[:, 0], ends[:, 1]])
+        self.column: Indices = np.concatenate([*column, self._relations, coupled[:, 0], coupled[:, 1]])
 
     def at(self, q: Array) -> tuple[Array, Array]:
         """Entries (nnz, P) of the Jacobian and residual (rows, P) at q (P, nv)."""

@@ -168,7 +168,8 @@ def hermite(knots: ArrayLike, values: ArrayLike, slopes: ArrayLike, bends: Array
     x, f, g, b = (np.asarray(a, dtype=float) for a in (knots, values, slopes, bends))
     if x.ndim != 1 or len(x) < 2 or not f.shape == g.shape == b.shape == x.shape:
         raise MechlabError(
-            f"curve: expected as many values, slopes and second derivatives as knots, got shapes {x.shape}, {f.shape}, {g.shape}, {b.shape}."
+            f"curve: expected as many values, slopes and second derivatives as knots (n,), got shapes {x.shape}, {f.shape}, {g.shape}, "
+            f"{b.shape}."
         )
     h = np.diff(x)
     rise, end, bend = f[1:] - f[:-1] - h * (g[:-1] + 0.5 * h * b[:-1]), g[1:] - g[:-1] - h * b[:-1], b[1:] - b[:-1]

@@ -208,6 +208,12 @@ class Mechanism(Result[Path]):
         return unit_of_length(self.size)
 
     @property
+    def couplings(self) -> tuple[LinearRelation | CurveRelation, ...]:
+        """What couples joints by a row of its own: the linear relations, then the curves."""
+        out: tuple[LinearRelation | CurveRelation, ...] = self.relations
+        return out + self.curves
+
+    @property
     def is_closed(self) -> bool:
         """Whether anything closes or couples it: loops, linear relations, curves."""
         return bool(self.loops or self.relations or self.curves)

@@ -88,7 +88,7 @@ def _names(m: Mechanism) -> None:
     groups = {
         "body": [GROUND] + [b.name for b in m.bodies],
         "joint, shaft": [j.name for j in m.joints] + [s.name for s in m.shafts],
-        "loop, relation, curve, spring": [x.name for x in (*m.loops, *m.relations, *m.curves, *m.springs)],
+        "loop, relation, curve, spring": [*(x.name for x in m.loops), *(x.name for x in m.couplings), *(x.name for x in m.springs)],
         "drive": [d.name for d in m.drives],
         "frame": [f.name for f in m.frames],
     }

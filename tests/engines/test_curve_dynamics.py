@@ -73,7 +73,8 @@ def run(name: str, settings: Settings, scene: Scene | None = None) -> Recording:
 
 @pytest.mark.parametrize("name", ["pinocchio", "mujoco"])
 def test_accelerations_and_reaction_at_states(name: str) -> None:
-    """MuJoCo's rows are soft: they miss (1 - d) = 1e-4 of the acceleration that they hold back. The law is sampled to 1e-6 of its second derivative."""
+    """MuJoCo's rows are soft: they miss (1 - d) = 1e-4 of the acceleration that they hold back. The law is sampled to 1e-6 of its second
+    derivative."""
     m, e = cam(), engine(name)
     for a, v in ((0.5, 3.0), (1.1, -8.0), (2.4, 5.0), (3.4, 11.0), (7.0, 4.0)):
         q, rates = np.array([a, law(a)[0]]), np.array([v, law(a)[1] * v])

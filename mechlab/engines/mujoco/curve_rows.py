@@ -3,12 +3,12 @@
 The engine makes the rows of all equalities (position), their rates (velocity), then calls the control callback, then solves. In the
 callback the state is that of the stage, so that the row of a curve is made anew there from f, f' and f'':
 
-    efc_pos = q_b - f(q_a)      efc_J = e_b - f' e_a      efc_vel = J v      efc_aref = -B efc_vel - K d efc_pos + f'' v_a^2
-    efc_R = (1 - d) / d A       A = w_b + f'^2 w_a, w the engine's inverse inertia of a joint (it takes w_b + w_a)
+    efc_pos = q_b - f(q_a)     efc_J = e_b - f' e_a     efc_vel = J v     efc_aref = -B efc_vel - K d efc_pos + f'' v_a^2
 
-The last term of efc_aref is dJ/dt v, which the engine itself leaves out of the rows of all its equalities: accelerations and forces of curves are
+The last term is dJ/dt v, which the engine itself leaves out of the rows of all its equalities: accelerations and forces of curves are
 right at every stage, not only after the soft row has settled. Nothing lags, at no stage of RK4. The equality of the model is kept at the
-quadratic about the state, for whoever evaluates the model without the callback (`MujocoState`, `Closure`) and for the size of the row.
+quadratic about the state, for whoever evaluates the model without the callback (`MujocoState`, `Closure`), and for the softness of the
+row, which goes with its slope (diagexact).
 
 Islands are switched off in such a model: the engine copies the rows of an island before the callback.
 """
@@ -75,10 +75,6 @@ class CurveRows:
             row[:] = 0.0
             row[row_b], row[row_a] = 1.0, -law[1]
             stiffness, damping, impedance, _ = data.efc_KBIP[i]
-            # the engine takes the mobility of both joints for that of the row, whatever the slope (and its unit)
-            mobility = self.model.dof_invweight0[row_b] + law[1] ** 2 * self.model.dof_invweight0[row_a]
-            data.efc_R[i] = max((1.0 - impedance) / impedance * mobility, mujoco.mjMINVAL)
-            data.efc_D[i] = 1.0 / data.efc_R[i]
             data.efc_pos[i], data.efc_vel[i] = gap, speed
             data.efc_aref[i] = law[2] * rate * rate - damping * speed - stiffness * impedance * gap
 

@@ -117,7 +117,7 @@ class MujocoMap:
         model = self.model
         names = {mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_EQUALITY, k): k for k in range(model.neq)}
         out: dict[str, tuple[int, ...]] = {}
-        for wanted in [x.name for x in (*self.mechanism.loops, *self.mechanism.relations, *self.mechanism.curves)]:
+        for wanted in [*(x.name for x in self.mechanism.loops), *(x.name for x in self.mechanism.couplings)]:
             found = [names[name] for name in (wanted, axis_name(wanted)) if name in names]
             if not found:
                 raise unknown(f"{self.mechanism.name}: equality of the MuJoCo model", wanted, names)

@@ -169,8 +169,8 @@ class PinConstraints:
         kin = self.kin
         if kin.still:
             return out
-        for i, (_, a, column, _, zero, curve) in enumerate(self._curves, len(out) - len(self._curves)):
-            out[i] = -curve.at(zero + float(kin.q[a]))[2] * float(kin.v[column]) ** 2
+        for row, (_, a, column, _, zero, curve) in enumerate(self._curves, len(out) - len(self._curves)):
+            out[row] = -curve.at(zero + float(kin.q[a]))[2] * float(kin.v[column]) ** 2
         if not len(self.loop_of_row):
             return out
         _, lines, parts, frames = self._look()

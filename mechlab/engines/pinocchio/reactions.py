@@ -106,7 +106,7 @@ def relation_loads(plant: PinPlant, reactions: Array) -> dict[str, float]:
     """Reaction of each relation: the load of the teeth, belt or thread, as the torque on the joint of coefficient 1; of a curve that on its
     output."""
     slices = plant.constraints.slices
-    return {r.name: float(reactions[slices[r.name]][0]) for r in (*plant.mechanism.relations, *plant.mechanism.curves)}
+    return {r.name: float(reactions[slices[r.name]][0]) for r in plant.mechanism.couplings}
 
 
 def loop_wrenches(plant: PinPlant, reactions: Array) -> dict[str, Wrench]:
@@ -158,7 +158,7 @@ def motion_forces(
     m, plant, count = mechanism, PinPlant(mechanism), len(q)
     out = MotionForces(
         np.zeros(count), {x.name: np.zeros((count, 6)) for x in m.loops}, {j.name: np.zeros((count, 6)) for j in m.joints},
-        {r.name: np.zeros(count) for r in (*m.relations, *m.curves)},
+        {r.name: np.zeros(count) for r in m.couplings},
     )  # fmt: skip
     for k in range(count):
         found = inverse_dynamics(plant, q[k], v[k], {drive: acceleration}, [drive], load)
