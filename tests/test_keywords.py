@@ -225,6 +225,8 @@ KEYWORDS: dict[tuple[str, str], tuple[Act, Act]] = {
         lambda p: api.draw(html=p / "new.html", wait=False).to_dict()["message"][:9],
     ),
     ("list_entries", "family"): (lambda p: len(api.list_entries().rows), lambda p: len(api.list_entries(family="press").rows)),
+    ("list_entries", "freedoms"): (lambda p: len(api.list_entries().rows), lambda p: len(api.list_entries(freedoms=2).rows)),
+    ("list_entries", "motion"): (lambda p: len(api.list_entries().rows), lambda p: len(api.list_entries(motion="spatial").rows)),
     ("list_entries", "search"): (lambda p: len(api.list_entries().rows), lambda p: len(api.list_entries(search="dwell").rows)),
     ("view", "port"): (lambda p: "", lambda p: _refused("port", lambda: _page(p, port=9))),
     ("view", "wait"): (

@@ -67,6 +67,8 @@ STABLE = "stability fourbar coupler_mass=1e-3:1e3:3 --budget 1 --scene free-run 
 COMMANDS: dict[tuple[str, str], list[Differ | Writes | Refused]] = {
     ("run", "-o"): [Writes("run pendulum duration=0.2 -o {}/r", "r/pendulum.xml", slow=True)],
     ("list", "--family"): [Differ("list", "--family press"), Refused("list --family no", "family 'no'")],
+    ("list", "--freedoms"): [Differ("list", "--freedoms 2"), Refused("list --freedoms 5", "5 freedoms")],
+    ("list", "--motion"): [Differ("list", "--motion spatial"), Refused("list --motion no", "'no'")],
     ("list", "--search"): [Differ("list", "--search dwell")],
     ("show", "--fidelity"): [Differ("show delta6", "--fidelity full"), Refused("show fourbar --fidelity no", "'no'")],
     ("generate", "-o"): [Writes("generate pendulum -o {}", "pendulum.xml")],

@@ -3,8 +3,8 @@
 Laws s(u) rise from 0 to 1 over u from 0 to 1, with s' = 0 at both ends (Norton, Cam Design and Manufacturing Handbook, chapter 2):
 
     cycloidal    u - sin(2 pi u) / 2 pi                    s'' smooth, 0 at the ends
-    3-4-5        10 u^3 - 15 u^4 + 6 u^5                   s'' = 0 at the ends
-    4-5-6-7      35 u^4 - 84 u^5 + 70 u^6 - 20 u^7         s'' = s''' = 0 at the ends
+    poly345      10 u^3 - 15 u^4 + 6 u^5                   s'' = 0 at the ends
+    poly4567     35 u^4 - 84 u^5 + 70 u^6 - 20 u^7         s'' = s''' = 0 at the ends
     harmonic     (1 - cos(pi u)) / 2                       s'' jumps at the ends, from and to a dwell
 """
 
@@ -16,8 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 Law = tuple[Array, Array, Array]
-LAWS = ("cycloidal", "3-4-5", "4-5-6-7", "harmonic")
-_POLYNOMIALS = {"3-4-5": (0, 0, 0, 10, -15, 6), "4-5-6-7": (0, 0, 0, 0, 35, -84, 70, -20)}
+LAWS = ("cycloidal", "poly345", "poly4567", "harmonic")
+_POLYNOMIALS = {"poly345": (0, 0, 0, 10, -15, 6), "poly4567": (0, 0, 0, 0, 35, -84, 70, -20)}
 
 
 def rise_law(name: str, u: ArrayLike) -> Law:

@@ -11,7 +11,9 @@ from mechlab.api.arguments import File, Stages, Values, key_values, silent
 from mechlab.api.finding import Source, find_all, load_design
 from mechlab.api.runs import simulate
 from mechlab.api.viewing import story, view
+from mechlab.catalog.table import Motion
 from mechlab.files import whole_folder, write
+from mechlab.studies.direct import NAMES as DIRECT_QUESTIONS
 from mechlab.values import Value
 
 if TYPE_CHECKING:
@@ -24,44 +26,49 @@ if TYPE_CHECKING:
     from mechlab.studies.pipeline import RunResult
 
 
-def list_entries(*, family: str | None = None, search: str | None = None) -> TableResult:
-    """The catalog: name, title, family, one sentence; fidelities and scenes stand in the data.
+def list_entries(
+    *, family: str | None = None, freedoms: int | None = None, motion: Motion | None = None, search: str | None = None
+) -> TableResult:
+    """The catalog: name, family, freedoms, title, one sentence; fidelities and scenes stand in the data.
 
     Options:
         family=F: one family, such as straight-line, gear-train, parallel-robot
+        freedoms=N: mechanisms with this many degrees of freedom
+        motion=M: in parallel planes, about one point, or in space
         search=WORDS: entries that have all these words in name, title, family or sentence
     """
-    from mechlab.catalog.listing import TableResult, found_in, one_family
+    from mechlab.catalog.listing import TableResult, found_in, moving, one_family
     from mechlab.catalog.table import TABLE
 
-    chosen = found_in(one_family(TABLE, family), search)
-    rows = tuple((e.name, e.family, e.title, e.summary) for e in chosen)
+    chosen = found_in(moving(one_family(TABLE, family), freedoms, motion), search)
+    rows = tuple((e.name, e.family, f"{e.freedoms} {e.motion}", e.title, e.summary) for e in chosen)
     data = {
         "mechanisms": [
             {
                 "name": e.name, "title": e.title, "family": e.family, "summary": e.summary, "fidelities": list(e.fidelities),
-                "scenes": list(e.scenes),
+                "scenes": list(e.scenes), "freedoms": e.freedoms, "motion": e.motion,
             }
             for e in chosen
         ]
     }  # fmt: skip
-    return TableResult(("name", "family", "title", "summary"), rows, data)
+    return TableResult(("name", "family", "freedoms", "title", "summary"), rows, data)
 
 
 def show(
     source: Source, values: Values | None = None, /, *, fidelity: str | None = None, **parameters: Value
 ) -> Description:
-    """Parameters, structure, bodies, fidelities, scenes, questions. The source "toolpath" is no mechanism but a question.
+    """Parameters, structure, bodies, fidelities, scenes, questions. The sources "toolpath", "bspline"
+    and "regions" are no mechanisms but questions.
 
     Options:
         fidelity=F: level of fidelity: kinematic, minimal, parts, full
     """
     given = key_values(values, parameters)
-    if source == "toolpath" and not given and fidelity is None:
+    if isinstance(source, str) and source in DIRECT_QUESTIONS and not given and fidelity is None:
         from mechlab.lab.sheet import describe_question
-        from mechlab.studies.toolpath import QUESTION
+        from mechlab.studies.direct.table import DIRECT
 
-        return describe_question("toolpath", QUESTION)
+        return describe_question(source, DIRECT[source].question)
     from mechlab.lab.sheet import describe_design
 
     return describe_design(load_design(source, given), fidelity)

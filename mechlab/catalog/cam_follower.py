@@ -16,8 +16,8 @@ from mechlab.kit.short import Outside, PlotRecipe, builder_entry, parameter
 from mechlab.mechanism import Builder, Inertia, Mechanism, Placement, prismatic, revolute, shape
 
 TURN = 2.0 * math.pi
-PEAKS = {"cycloidal": (2.0, TURN, 0.25), "3-4-5": (1.875, 10 / math.sqrt(3), 0.5 - math.sqrt(3) / 6),
-         "4-5-6-7": (2.1875, 84 / (5 * math.sqrt(5)), 0.5 - math.sqrt(5) / 10), "harmonic": (0.25 * TURN, 0.125 * TURN**2, 0.0)}
+PEAKS = {"cycloidal": (2.0, TURN, 0.25), "poly345": (1.875, 10 / math.sqrt(3), 0.5 - math.sqrt(3) / 6),
+         "poly4567": (2.1875, 84 / (5 * math.sqrt(5)), 0.5 - math.sqrt(5) / 10), "harmonic": (0.25 * TURN, 0.125 * TURN**2, 0.0)}
 """s' of the law in its middle, its largest s'', and where: s''' = 0, or the end of the harmonic law."""
 
 
@@ -25,7 +25,7 @@ PEAKS = {"cycloidal": (2.0, TURN, 0.25), "3-4-5": (1.875, 10 / math.sqrt(3), 0.5
 class Parameters:
     """The roller moves through the cam's axis; its spring is relaxed one lift below the bottom."""
 
-    law: str = parameter("cycloidal", "", "cycloidal, 3-4-5, 4-5-6-7 or harmonic")
+    law: str = parameter("cycloidal", "", "cycloidal, poly345, poly4567 or harmonic")
     lift: float = parameter(0.02, "m", "lift", low=0, strict=True)
     rise: float = parameter(2.0, "rad", "turn of the rise", low=0, strict=True)
     top: float = parameter(0.8, "rad", "turn of the dwell at the top", low=0)

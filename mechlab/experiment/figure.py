@@ -88,8 +88,9 @@ class Note:
 class Panel:
     """One pair of axes. x, y: what is on them, with the unit in brackets.
 
-    printed_x, printed_y: the numbers that the source prints along its axes; they are drawn as ticks, and the window between the outermost
-    of them as a frame. x_range, y_range: what is shown (default: all). equal: one scale for both axes; log: "", "x", "y" or "xy".
+    printed_x, printed_y: the numbers that the source prints along its axes; they are drawn as ticks, and where both are given,
+    the window between the outermost of them as a frame. x_range, y_range: what is shown (default: all).
+    equal: one scale for both axes; log: "", "x", "y" or "xy".
     """
 
     title: str

@@ -2,7 +2,7 @@
 at the knots.
 
 Sampling errors, largest over the turn (tests/kit/test_profiles.py): cams 1e-10 of the lift and 1e-5 of lift / rise^2 in the second
-derivative, none for the law 3-4-5, which is a quintic; Geneva wheels from 3 slots on 2e-11 rad and 4e-7 of the largest second derivative;
+derivative, none for the law poly345, which is a quintic; Geneva wheels from 3 slots on 2e-11 rad and 4e-7 of the largest second derivative;
 oval gears with an eccentricity up to 0.6 1e-10 rad. Where the second derivative jumps (the pin enters the slot, the harmonic law leaves
 its dwell) a knot stands.
 """
@@ -18,7 +18,7 @@ from mechlab.analytic.geneva import engaged_from, slot_law
 from mechlab.errors import MechlabError, unknown
 from mechlab.mechanism import Curve, constant, hermite, joined
 
-PIECES = {"cycloidal": 48, "3-4-5": 1, "4-5-6-7": 64, "harmonic": 24}
+PIECES = {"cycloidal": 48, "poly345": 1, "poly4567": 64, "harmonic": 24}
 """Pieces of a rise."""
 SLOT_PIECES, OVAL_PIECES = 96, 160
 

@@ -82,6 +82,7 @@ VERDICTS: dict[str, tuple[Verdict, str]] = {
     "C52": (ONLY_IF, "sgn 0 is taken as .1"),
     "C53": (ONLY_IF, "border f = 0"),
     "C54": (ONLY_IF, "corners are left out"),
+    "C55": (ONLY_IF, "f is not 0.*three values"),
 }
 
 

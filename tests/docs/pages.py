@@ -35,7 +35,7 @@ FENCE = re.compile(
     r"^(?:<!-- not run: (?P<reason>[^\n]+) -->\n+)?(?P<fence>`{3,})(?P<kind>[^\n]*)\n(?P<body>.*?)^(?P=fence)[ ]*$", re.M | re.S
 )
 CAPTION = re.compile(r"\A(?::[a-z-]+:[^\n]*\n)*?:caption: (?P<name>[^\n]+)\n(?::[a-z-]+:[^\n]*\n)*\n?")
-NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+NUMBER = r"[-+]?(?:\d+(?:\.(?!\.)\d*)?|(?<!\.)\.\d+)(?:[eE][-+]?\d+)?"
 LOOSE = {"rtol": 1e-2, "atol": 1e-4}
 WIDTH = "140"
 """Columns of the terminal in which the commands of the pages print."""
@@ -190,7 +190,7 @@ def written(path: Path) -> str:
 
 def main(arguments: list[str]) -> int:
     """Compare or write the pages that are named; all of docs/ without names. Returns 1 where a page differs."""
-    pages = [Path(a) for a in arguments if a != "--write"] or sorted(DOCS.rglob("*.md"))
+    pages = [Path(a).resolve() for a in arguments if a != "--write"] or sorted(DOCS.rglob("*.md"))
     wrong = 0
     for path in pages:
         if "--write" in arguments:

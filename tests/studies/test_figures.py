@@ -90,6 +90,7 @@ def test_every_figure_says_what_is_printed_in_a_small_picture(name: str, number:
     drawing = figure.draw()
     assert drawing.readings or any(p.marks or p.printed_x or p.printed_y for p in drawing.panels)
     for reading in drawing.readings:
-        assert isinstance(reading, Reading) and (isinstance(reading.ours, str) or np.all(np.isfinite(reading.ours))), reading.what
+        ours = list(reading.ours.values()) if isinstance(reading.ours, dict) else reading.ours
+        assert isinstance(reading, Reading) and (isinstance(ours, str) or np.all(np.isfinite(ours))), reading.what
     # Beyond this a sheet loads slowly; fewer curves, or fewer panels, are also easier to read.
-    assert write_picture(figure, drawing, tmp_path / "a.png").stat().st_size < 80_000
+    assert write_picture(figure, drawing, tmp_path / "a.png").stat().st_size < 60_000

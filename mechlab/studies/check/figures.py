@@ -23,12 +23,12 @@ COLORS = ("#0072b2", "#d55e00", "#009e73", "#a64d79", "#3b3b3b", "#b58900")
 PRINTED, INK, FAINT = "#c1121f", "#1b2330", "#5b6470"
 LOOKS: dict[str, dict[str, Any]] = {
     "solid": {"lw": 1.3}, "thick": {"lw": 2.4}, "thin": {"lw": 0.6}, "dashed": {"lw": 1.3, "ls": (0, (5, 3))},
-    "dotted": {"lw": 1.3, "ls": (0, (1, 2))}, "dots": {"ls": "", "marker": ".", "ms": 3.0}, "crosses": {"ls": "", "marker": "x", "ms": 6.0},
+    "dotted": {"lw": 1.3, "ls": (0, (1, 2))}, "dots": {"ls": "", "marker": ".", "ms": 2.2}, "crosses": {"ls": "", "marker": "x", "ms": 6.0},
 }  # fmt: skip
 WIDTH, HEIGHT, DPI = 10.0, 4.8, 100
 """Size of a picture [inch] with one row of panels, and its pixels per inch: legible on a sheet without a click."""
-FEW_COLORS = 256
-"""Colors of a .png: with them a picture takes 20 to 60 kB."""
+FEW_COLORS, MOST_BYTES = (192, 96, 64, 40), 60_000
+"""Colors of a .png: as many as keep it below so many bytes, at least the last number."""
 
 
 @dataclass(frozen=True)
@@ -100,8 +100,15 @@ def write_picture(figure: SourceFigure, drawing: Drawing, path: Path) -> Path:
         with unfinished(path) as temporary:
             picture.savefig(temporary, metadata={"Date": None} if path.suffix == ".svg" else None)
             if path.suffix == ".png":
-                fewer_colors(temporary, FEW_COLORS)
+                _keep_small(temporary)
     return path
+
+
+def _keep_small(picture: Path) -> None:
+    for colors in FEW_COLORS:
+        fewer_colors(picture, colors)
+        if picture.stat().st_size < MOST_BYTES:
+            return
 
 
 def _picture(figure: SourceFigure, drawing: Drawing) -> Any:
@@ -137,6 +144,9 @@ def _draw_panel(axes: Any, panel: Panel, columns: int) -> None:
         put.set_in_layout(False)
     axes.set_title(panel.title, fontsize=10, loc="left")
     axes.set(xlabel=panel.x, ylabel=panel.y)
+    for side in "xy":
+        if side not in panel.log:
+            axes.locator_params(axis=side, nbins=7)
     if panel.x_range:
         axes.set_xlim(panel.x_range)
     if panel.y_range:
@@ -181,11 +191,6 @@ def _draw_printed(axes: Any, panel: Panel) -> None:
         xy = (ticks, low) if marker == 2 else (low, ticks)
         axes.plot(*xy, ls="", marker=marker, ms=9, mew=2.0, color=PRINTED, transform=across, clip_on=False, zorder=4,
                   label="numbers on the printed axes" if marker == 2 or not panel.printed_x else None)  # fmt: skip
-    # A place that a tick does not limit is limited by the picture.
     if panel.printed_x and panel.printed_y:
         (left, right), (low_y, high_y) = ((min(t), max(t)) for t in (panel.printed_x, panel.printed_y))
         axes.add_patch(Rectangle((left, low_y), right - left, high_y - low_y, fill=False, ec=PRINTED, lw=0.9, ls=(0, (4, 3))))
-    elif panel.printed_x:
-        axes.axvspan(min(panel.printed_x), max(panel.printed_x), fc=PRINTED, alpha=0.05)
-    elif panel.printed_y:
-        axes.axhspan(min(panel.printed_y), max(panel.printed_y), fc=PRINTED, alpha=0.05)
