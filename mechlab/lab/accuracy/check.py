@@ -92,12 +92,8 @@ def _check_settings(problem: Problem, used: str, fastest: float, sharp: bool) ->
             coarse, fine = RULES.check_tolerances
             yield _CheckSetting(method, (looser * coarse, looser * fine), FIRST_INTERVAL * rule.evaluations * price)
             continue
-<<<<<<< HEAD
-        fewer = not (sharp or problem.mechanism.is_closed)
-=======
-        rigid = used == "mujoco" or not (problem.mechanism.loops or problem.mechanism.relations)
+        rigid = used == "mujoco" or not problem.mechanism.is_closed
         fewer = rigid and not sharp
->>>>>>> main
         least = math.ceil(between * fastest / rule.stable) if rule.stable and fastest > 0.0 else 0
         for each in sorted({max(x, least) for x in ((few // 4, few // 2, few) if fewer else (few,))}):
             if each > most_steps:

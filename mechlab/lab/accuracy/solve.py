@@ -216,15 +216,11 @@ def _usable(one: RefinedMethod, freedoms: int) -> bool:
         return False
     if one.rule.engine == "one_freedom" and freedoms != 1:
         return False
-<<<<<<< HEAD
-    if one.rule.extrapolated and (m.is_closed or not why_no_smooth_tree(m, one.problem.scene.laws)):
-=======
     kinks = has_kinks(one.problem.scene)
-    if one.rule.extrapolated and (kinks or m.loops or m.relations or not why_no_smooth_tree(m, one.problem.scene.laws)):
+    if one.rule.extrapolated and (kinks or m.is_closed or not why_no_smooth_tree(m, one.problem.scene.laws)):
         return False
     between = one.problem.scene.duration / one.problem.outputs
     if one.rule.least and (one.target < one.rule.least or not (kinks or one.fastest * between > 1.0)):
->>>>>>> main
         return False
     method = one.rule.method(one.problem)
     return method is not None and not method.available(one.problem)
