@@ -79,7 +79,7 @@ def _loops(case: ExaminedFile) -> int | None:
     """Closures and couplings: of the mechanism for a URDF, whose loops MuJoCo does not see, else those that act in MuJoCo."""
     m = case.mechanism
     if case.kind == "URDF" and m is not None:
-        return len(m.loops) + len(m.relations)
+        return len(m.loops) + len(m.couplings)
     return None if case.model is None else len(loops(case.model))
 
 

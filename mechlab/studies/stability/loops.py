@@ -125,7 +125,7 @@ def plan_softness(case: StabilityCase) -> StabilityPlan | str:
     A text says why there is no map.
     """
     m = case.mechanism
-    if not m.loops and not m.relations:
+    if not m.is_closed:
         return "it has no loops and no gear relations: no soft rows"
     case = case.free
     duration = case.scene.duration
