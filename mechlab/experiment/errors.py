@@ -202,11 +202,14 @@ def largest_difference(a: np.ndarray, b: np.ndarray, factor: float = 1.0) -> flo
     """factor max |a - b|; values that are not finite have difference 0 where both are the same, else infinity."""
     with np.errstate(invalid="ignore"):
         gaps = np.abs(a - b)
+    most = float(gaps.max(initial=0.0))
+    if math.isfinite(most):  # mostly so
+        return factor * most
     same = (a == b) | (np.isnan(a) & np.isnan(b))
     gaps = np.where(same, 0.0, np.where(np.isfinite(gaps), gaps, math.inf))
     return float(factor * np.max(gaps, initial=0.0))
 
 
 def _size(values: np.ndarray) -> float:
-    finite = np.abs(values[np.isfinite(values)])
-    return float(np.max(finite, initial=0.0))
+    size = float(np.abs(values).max(initial=0.0))
+    return size if math.isfinite(size) else float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
