@@ -4,13 +4,14 @@
     motion["P_x"], motion["rocker_angle_rate"]          # (25,) each
 
 The path is the time from 0 to 1 s; each drive moves evenly from its first value to its last. Quantities are those of the engines
-(`mechlab.kit.quantities`): joints, shafts, NAME_x _y _z of frames, and their rates; NAME_accel of joints and shafts; DRIVE_force of a
-single drive, the force [N or N m] that holds the mechanism still against gravity and springs.
+(`mechlab.kit.quantities`): joints, shafts, NAME_x _y _z of frames, and their rates; NAME_accel of joints and shafts; DRIVE_force, the
+force [N or N m] of a drive that holds the mechanism still against gravity and springs, and DRIVE_steady, the one that keeps it in even
+motion.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property
 
 import numpy as np
@@ -26,6 +27,8 @@ Path = Mapping[str, tuple[float, float]]
 
 HALVINGS = 4
 """Most halvings of a step between two places."""
+STEP, SIXTH = 1e-3, np.array([-1.0, 9.0, -45.0, 0.0, 45.0, -9.0, 1.0]) / 60.0
+"""Step in the time of the path and weights of the difference: for a turn its error is about 1e-13 of the rate, rounding included 1e-12."""
 
 
 class NotInClosedForm(MechlabError):
@@ -34,6 +37,25 @@ class NotInClosedForm(MechlabError):
 
 class ClosedMotion(dict[str, Array]):
     """The motion that a closed form has computed. Raises NotInClosedForm for a quantity that it does not have."""
+
+    @classmethod
+    def along(cls, path: Path, form: Callable[[Mapping[str, Array]], Mapping[str, Array]], places: int | Array) -> ClosedMotion:
+        """Values of form(drives (n,)) at places of a path (see `EngineMotion`), angles continuous, and their rates by differences of sixth
+        order, but those NAME_rate and NAME_accel that the form gives itself."""
+        near = STEP * np.arange(-3, 4)
+        shares = np.linspace(0.0, 1.0, places) if isinstance(places, int) else places
+        times = (shares[:, None] + near).ravel()
+        given = {n: a + (b - a) * times for n, (a, b) in path.items()}
+        found = cls()
+        for name, x in (given | dict(form(given))).items():
+            rows = np.broadcast_to(x, times.shape)
+            if name.endswith(("_rate", "_accel")):
+                found[name] = rows.reshape(len(shares), len(near))[:, 3]
+                continue
+            rows = np.unwrap(rows).reshape(len(shares), len(near))
+            found[name] = rows[:, 3]
+            found.setdefault(f"{name}_rate", rows @ SIXTH / STEP)
+        return found
 
     def __missing__(self, name: str) -> Array:
         raise NotInClosedForm(str(unknown("closed form: quantity", name, self)))
@@ -89,16 +111,14 @@ class EngineMotion(Mapping[str, Array]):
         still = dict.fromkeys(self.path, 0.0)
         return np.array([self.engine.accelerations_of(self.m, q, v, still) for q, v in zip(self.q, self.v, strict=True)])
 
-    @property
-    def _forces(self) -> tuple[str, ...]:
-        return tuple(f"{n}_force" for n in self.path) if len(self.path) == 1 else ()
-
-    @cached_property
-    def holding(self) -> Array:
-        """(n,) force of the single drive at rest: its power is that of gravity and springs, force x rate = h(q, 0) . v."""
-        ((a, b),) = self.path.values()
-        still = [self.engine.state(self.m, q).bias for q in self.q]
-        return np.sum(np.array(still) * self.v, axis=1) / (b - a)
+    def force(self, drive: str, moving: bool) -> Array:
+        """(n,) force of a drive, by its power: h . v1 for the rates v1 of a unit rate of the drive, the others held; h the bias forces at
+        rest, or at the rates of the path. Raises MechlabError for a motion that is not even: its accelerations would count too."""
+        if moving and np.ptp(self.v, axis=0).max() > 1e-7 * (1.0 + np.abs(self.v).max()):
+            raise MechlabError(f"{self.m.name}: {drive}_steady: the joints do not turn evenly along this path; ask for {drive}_force.")
+        alone = {n: float(n == drive) for n in self.path}
+        bias = [self.engine.state(self.m, q, v if moving else None).bias for q, v in zip(self.q, self.v, strict=True)]
+        return np.array([h @ self.engine.rates(self.m, q, alone) for h, q in zip(bias, self.q, strict=True)])
 
     def __getitem__(self, key: str) -> Array:
         m, name = self.m, key.removesuffix("_rate")
@@ -106,10 +126,11 @@ class EngineMotion(Mapping[str, Array]):
             if key != name:
                 return np.asarray(self.v @ m.row(name))
             return np.array([float(m.value(name, q)) for q in self.q])
-        if key in self._forces:
-            return self.holding
         if key.endswith("_accel") and key.removesuffix("_accel") in m.scalar_names:
             return np.asarray(self.a @ m.row(key.removesuffix("_accel")))
+        drive, _, kind = key.rpartition("_")
+        if drive in self.path and kind in ("force", "steady"):
+            return self.force(drive, kind == "steady")
         frame, _, letter = name.rpartition("_")
         if letter not in ("x", "y", "z") or frame not in {f.name for f in m.frames}:
             raise unknown(f"{m.name}: quantity", key, self)
@@ -121,7 +142,7 @@ class EngineMotion(Mapping[str, Array]):
     def __iter__(self) -> Iterator[str]:
         m = self.m
         names = (*m.scalar_names, *(f"{f.name}_{x}" for f in m.frames for x in "xyz"))
-        return iter([*names, *(f"{n}_rate" for n in names), *self._forces])
+        return iter([*names, *(f"{n}_rate" for n in names), *(f"{n}_force" for n in self.path)])
 
     def __len__(self) -> int:
-        return 2 * (len(self.m.scalar_names) + 3 * len(self.m.frames)) + len(self._forces)
+        return 2 * (len(self.m.scalar_names) + 3 * len(self.m.frames)) + len(self.path)
