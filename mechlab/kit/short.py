@@ -337,7 +337,8 @@ class _Short:
     def _compared(self, motions: Mapping[str, Mapping[str, Array]]) -> CheckResult:
         names = [n for n in motions["mujoco"] if all(n in x for x in motions.values())]
         rows = {w: np.concatenate([x[n] for n in names]) for w, x in motions.items()}
-        return CheckResult(rows, 1e-8, note=f"{len(motions["mujoco"][names[0]])} places of the path, {len(names)} quantities")
+        count = len(motions["mujoco"][names[0]])
+        return CheckResult(rows, 1e-8, note=f"{count} places of the path, {len(names)} quantities")
 
     def _run(self, p: Any) -> CheckResult:
         m, made = self.build(p, self.fidelity), self.scenes()["driven"].make(p, self.fidelity)
