@@ -11,6 +11,7 @@ from mechlab.kit.in_world import DENSITY, InWorld
 from mechlab.kit.short import Motion, PlotRecipe, alike, builder_entry, parameter, value_at
 from mechlab.mechanism import Mechanism, revolute
 
+
 @dataclass(frozen=True)
 class Parameters:
     """Two equal beams on a post, an upright on both sides, each with an arm outwards and a weight at its end."""
