@@ -15,7 +15,7 @@ from mechlab.mechanism.length_unit import coordinate_units, in_unit_of_length, i
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.newton import Assembly, Status, follow, newton
 from mechlab.mechanism.parts import LOOP_ROWS, Body
-from mechlab.mechanism.structure import independent_rows
+from mechlab.mechanism.structure import independent_rows, same_sign
 
 
 def _tree(mechanism: Mechanism) -> tuple[TreeKinematics, ConstraintSet]:
@@ -96,6 +96,10 @@ def mode_sign(mechanism: Mechanism, q: Array, held: Sequence[str]) -> int:
 
 def same_mode(mechanism: Mechanism, before: Array, after: Array, held: Sequence[str]) -> bool:
     """True when both poses lie in the same assembly mode for the `held` joints, or when the sign does not decide."""
+    tree, constraints = _tree(mechanism)
+    if len(independent_rows(mechanism, constraints)) < len(constraints):
+        rows = np.array([mechanism.row(n) for n in held]).reshape(len(held), mechanism.nv)
+        return same_sign(constraints.jacobian(tree.set(before)), constraints.jacobian(tree.set(after)), rows)
     a, b = mode_sign(mechanism, before, held), mode_sign(mechanism, after, held)
     return a == 0 or b == 0 or a == b
 

@@ -170,8 +170,8 @@ def solve_by_refinement(
     if capture > max(best.estimate, rounding) and not another_way:
         part, cause = f"the capture of held rates {capture:.1g}", LIMITED_BY_CAPTURE
     elif another_way and checked is not None:
-        total = max(total, checked.difference + checked.own)
-        part, cause = f"the difference of {checked.method}", ANOTHER_WAY
+        total = math.inf  # what one of them says of itself is no bound
+        cause = ANOTHER_WAY
     elif rounding > best.estimate and max_error < ROUNDING_COUNTS:
         part, cause = f"rounding {rounding:.1g}", LIMITED_BY_ROUNDING
     ok, sentence = conclusion(total, max_error, measure, chosen, checked, size, part, cause)
@@ -181,7 +181,7 @@ def solve_by_refinement(
     return Solution(
         t, q, v, total, max_error, measure.unit, best.rule.name, best.values[-1], best.rule.control, counter.cpu_s,
         best.traces[-1].steps, ok, sentence, replace(best.settings, preset="max_error"), checked,
-        extrapolated=best.rule.extrapolated, neighbours=tuple(best.neighbours(rounding)), run_s=best.run_s,
+        extrapolated=best.rule.extrapolated, neighbours=() if another_way else tuple(best.neighbours(rounding)), run_s=best.run_s,
         capture=capture,
     )  # fmt: skip
 
