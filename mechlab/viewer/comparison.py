@@ -69,7 +69,7 @@ def poses_at(story: Story, body: str, times: Array) -> Array:
     if len(story.t) == 1:
         out[:, :3, :3] = track[0, :3, :3]
     else:
-        out[:, :3, :3] = Slerp(story.t, Rotation.from_matrix(track[:, :3, :3]))(clipped).as_matrix()
+        out[:, :3, :3] = Slerp(story.t, Rotation.from_matrix(track[:, :3, :3].copy()))(clipped).as_matrix()
     return out
 
 

@@ -76,7 +76,7 @@ def quaternions(rotations: Array) -> Array:
     three.js)."""
     from scipy.spatial.transform import Rotation
 
-    flat = np.asarray(rotations, dtype=np.float64).reshape(-1, 3, 3)
+    flat = np.array(rotations, dtype=np.float64).reshape(-1, 3, 3)  # a copy: scipy before 1.17 refuses what is read-only
     if not len(flat):
         return np.zeros((*rotations.shape[:-2], 4))
     return np.asarray(Rotation.from_matrix(flat).as_quat()).reshape(*rotations.shape[:-2], 4)
