@@ -10,12 +10,12 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
+from reference import write_if_new
 from sphinx.application import Sphinx
 
 from mechlab.formats.mechanism_json import _PAIRS, EXTRA_KEYS, FORMAT, SCHEMA
 from mechlab.mechanism.model import Mechanism
 from mechlab.values import LARGEST_NUMBER
-from reference import write_if_new
 
 DRAFT = "https://json-schema.org/draft/2020-12/schema"
 EXIT_CODES = (0, 1, 2, 3, 4, 130, 143)
