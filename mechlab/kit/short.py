@@ -177,7 +177,7 @@ def planar_entry(
         fidelities={"kinematic": "closed form", "minimal": "bars and pins; exact dynamics"}, default_fidelity="minimal",
         scenes=kit.scenes(), default_scene="driven-crank", sliders=sliders, plots=tuple(plots), questions=(kit.question(),),
         checks=(*kit.checks("K"), *short.outside_checks(outside)), reference=kit.reference, chain=chain, formulas=formulas,
-        sources=sources, family=family, origin=origin, use=use, outside=tuple(outside),
+        sources=sources, family=family, origin=origin, use=use, outside=tuple(outside), path=path,
     )  # fmt: skip
 
 
@@ -223,7 +223,7 @@ def builder_entry(
         name=name, title=title, summary=summary, parameters=parameters, build=made, fidelities={"full": "every part a body"},
         default_fidelity="full", scenes=short.scenes(), default_scene="driven", sliders=sliders, plots=tuple(plots),
         checks=(*short.checks(closed is not None), *short.outside_checks(outside)), chain=chain, formulas=formulas, sources=sources,
-        family=family, origin=origin, use=use, outside=tuple(outside),
+        family=family, origin=origin, use=use, outside=tuple(outside), path=path,
     )  # fmt: skip
 
 

@@ -20,7 +20,7 @@ from mechlab.catalog.bibliography import ALYUKOV
 from mechlab.catalog.impulse_transmission.build import Parameters, build
 from mechlab.catalog.impulse_transmission.checks import equations, error_of_harmonics
 from mechlab.catalog.impulse_transmission.questions import closing
-from mechlab.catalog.impulse_transmission.scenes import FIGURE_7, SPEED, of_scene
+from mechlab.catalog.impulse_transmission.scenes import FIGURE_7, SPEED, of_scene, simulate
 from mechlab.kit.claims import (
     Evidence,
     Ledger,
@@ -210,3 +210,20 @@ def second() -> Evidence:
     orbit = periodic_orbit(FIGURE_7, SPEED)
     D2 = harmonic_amplitudes(FIGURE_7, SPEED, "printed")[1]
     return evidence({"printed formula: D2 [rad]": float(D2), "shooting: second harmonic [rad]": float(orbit.sines[1])})
+
+
+@LEDGER.claim(
+    "M20", "figure 4, initial state", "The input starts at alpha = 1127 rad, as the scan shows it.", 1127,
+    holds(when=below(0.35, "printed")),
+    unreadable("1.127 rad: the comma is lost, which the other numbers of the list have; from there beta reaches {read:.2f} rad within "
+               "0.3 s, near the printed axis of 0.3 rad, from 1127 rad {printed:.2f} rad", when=below(0.35, "read")),
+    fails("neither start stays near the printed axis"),
+)  # fmt: skip
+def start_of_figure_4() -> Evidence:
+    """Largest |beta| of figure 4 in 0.3 s from 1127 rad and from 1.127 rad."""
+    t, reach = np.linspace(0.0, 0.3, 601), {}
+    for start in (1127.0, 1.127):
+        y = simulate(replace(of_scene("fig4"), alpha_0=start), t, 1e-8)[0]
+        reach[start] = float(np.abs(y[:, 1]).max())
+    computed = {f"analytic: largest |beta| in 0.3 s from {k:g} rad [rad]": v for k, v in reach.items()}
+    return evidence(computed, printed=reach[1127.0], read=reach[1.127])
