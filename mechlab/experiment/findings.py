@@ -141,7 +141,7 @@ class _Modes:
             rows += _idle_rows(mechanism, held)
         self.square = len(self.keep) + len(rows) == mechanism.nv
         self.tail = np.array(rows).reshape(len(rows), mechanism.nv)
-        self.constant = not mechanism.loops
+        self.constant = not (mechanism.loops or mechanism.curves)
 
     def signs(self, jacobian: Array) -> Array:
         """(n,) signs of the determinants with the constraint Jacobians (n, rows, nv); 0 where the matrix is not square or is
@@ -223,8 +223,8 @@ def restart_finding(mechanism: Mechanism, t: Array, q: Array, v: Array) -> Findi
 
 
 def row_kinds(mechanism: Mechanism, constraints: ConstraintSet) -> tuple[list[int], list[int], list[int]]:
-    """The rows of a closure that are lengths [m], sines of angles, and sums of relations [rad or m]."""
-    relations = {r.name for r in mechanism.relations}
+    """The rows of a closure that are lengths [m], sines of angles, and sums of relations and curves [rad or m]."""
+    relations = {r.name for r in mechanism.couplings}
     offset: list[int] = []
     angle: list[int] = []
     relation: list[int] = []

@@ -51,7 +51,7 @@ def nearest_to_singular(mechanism: Mechanism, poses: Array) -> tuple[int, float]
     singular value of the Jacobian at the usual rank, over its median of all poses; 1 without loops. Rows are scaled by
     their size at a generic pose."""
     best = structure(mechanism)
-    if not best.rank or not mechanism.loops:  # the rows of relations are the same in every pose
+    if not best.rank or not (mechanism.loops or mechanism.curves):  # the rows of relations are the same in every pose
         return 0, 1.0
     q, generic_rows = generic(mechanism)
     smallest = smallest_of_closures(mechanism, q, poses, best.rank)

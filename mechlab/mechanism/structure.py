@@ -289,6 +289,7 @@ def _idle_blocks(mechanism: Mechanism, jacobian: Array) -> list[tuple[str, list[
     out: list[tuple[str, list[int], Array]] = []
     parents = {b.parent for b in mechanism.bodies}
     used = {n for r in mechanism.relations for n, _ in r.coefficients} | {d.on for d in mechanism.drives}
+    used |= {n for x in mechanism.curves for n in (x.output, x.input)}
     held = {x.body_a for x in mechanism.loops} | {x.body_b for x in mechanism.loops}
     for body in mechanism.bodies:
         if body.name in parents or body.name not in held or not body.joints:

@@ -67,7 +67,7 @@ class BatchHealth:
         self.dampers += [(x.on, x.damping) for x in passive_laws(scene.laws, settings).values() if x.damping]
         self.balls = np.array([j.damping if j.nv != 1 else 0.0 for j in m.joints for _ in range(j.nv)])
         self.limit, self.nq = LoopWatch(map_).limit, model.nq
-        self.rows = _Rows(m) if m.loops or m.relations else None
+        self.rows = _Rows(m) if m.is_closed else None
         self.kinds = {} if self.rows is None else {k: at for k, at in self.rows.kinds.items() if len(at)}
         self.springs = {_sensor(model, f"rate:{x.name}"): x.damping for x in m.springs if x.damping}
         self.gaps = {x.name: _sensor(model, f"gap:{x.name}") for x in m.loops if x.kind in GAP_KINDS}

@@ -51,6 +51,7 @@ class MujocoCloser:
     def place(self, x: Array) -> None:
         """Move to the engine's coordinates and evaluate positions and constraint rows."""
         self.data.qpos[:] = x
+        self.map.curves.place(x)
         mujoco.mj_fwdPosition(self.model, self.data)
 
     def evaluate(self, q: Array, targets: Sequence[Any]) -> tuple[Array, Array]:
@@ -143,6 +144,7 @@ class MujocoState:
     def move(self, x: Array, u: Array) -> None:
         """Move to the engine's coordinates and rates."""
         self.data.qpos[:], self.data.qvel[:] = x, u
+        self.map.curves.place(x)
         mujoco.mj_fwdPosition(self.model, self.data)
         mujoco.mj_fwdVelocity(self.model, self.data)
 
