@@ -49,7 +49,8 @@ def _nine() -> Panel:
         "(9): y = 1, t1 = 1, three planets", "t2", "ratio i",
         (_clear(y, t1, k, 0, 30.0), Curve(T2, np.where((printed > 0) & (printed < 60), printed, np.nan), "(9) as printed", "dashed", RED),
          Curve(T2, true, "(9), denominator t2 (1 - s)", "thick", BLUE), Curve(T2, (1.0 + T2) / T2, "(7)", "solid", TEAL)),
-        (Mark("(10): 1.15", 1.15),), (Note("admitted by the print,\nbut the planets meet", 0.87, 25.5, (1.06, 18.0)),), y_range=(-3.0, 31.0),
+        (Mark("(10): 1.15", 1.15),),
+        (Note("admitted by the print,\nbut the planets meet", 0.87, 25.5, (1.06, 18.0)),), y_range=(-3.0, 31.0),
     )  # fmt: skip
 
 
@@ -60,7 +61,8 @@ def _eleven() -> Panel:
     return Panel(
         "(11): y = 3, t1 = 0.8, four planets", "t2", "ratio i",
         (_clear(y, t1, k, 1, 30.0), Curve(T2, np.where(upper, np.nan, shown), "(11), a lower bound", "solid", BLUE),
-         Curve(T2, np.where(upper, shown, np.nan), "the same, now an upper bound", "thick", RED), Curve(T2, (1.0 + T2) / T2, "(7)", "solid", TEAL)),
+         Curve(T2, np.where(upper, shown, np.nan), "the same, now an upper bound", "thick", RED),
+         Curve(T2, (1.0 + T2) / T2, "(7)", "solid", TEAL)),
         (), (Note("the print takes i above the curve,\nwhere the planets 3 meet", 1.015, 24.0, (1.1, 14.0)),), y_range=(-20.0, 31.0),
     )  # fmt: skip
 
