@@ -245,6 +245,6 @@ def roll_pitch_yaw(placement: Placement) -> Vector:
 
 
 def _wrapped(angle: float) -> float:
-    if abs(angle) <= math.pi:
-        return angle
-    return angle - math.copysign(2.0 * math.pi, angle)
+    """The angle in (-pi, pi]; half a turn is +pi, whatever its last bit says, so that files of all machines are alike."""
+    turned = math.remainder(angle, 2.0 * math.pi)
+    return turned + 2.0 * math.pi if turned < -math.pi + 1e-12 else turned
