@@ -18,6 +18,11 @@ Array = NDArray[np.float64]
 Law = tuple[Array, Array, Array]
 LAWS = ("cycloidal", "poly345", "poly4567", "harmonic")
 _POLYNOMIALS = {"poly345": (0, 0, 0, 10, -15, 6), "poly4567": (0, 0, 0, 0, 35, -84, 70, -20)}
+PEAKS = {
+    "cycloidal": (2.0, 2.0 * np.pi, 0.25), "poly345": (1.875, 10.0 / 3.0**0.5, 0.5 - 3.0**0.5 / 6.0),
+    "poly4567": (2.1875, 84.0 / 5.0**1.5, 0.5 - 5.0**0.5 / 10.0), "harmonic": (0.5 * np.pi, 0.5 * np.pi**2, 0.0),
+}  # fmt: skip
+"""s' of the laws in their middle, their largest s'', and where: the next derivative is 0 there; of the harmonic law at its ends."""
 
 
 def rise_law(name: str, u: ArrayLike) -> Law:

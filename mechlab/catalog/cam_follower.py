@@ -2,23 +2,14 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from mechlab.analytic.cams import LAWS, rise_and_fall
+from mechlab.analytic.cams import LAWS, PEAKS, rise_and_fall
 from mechlab.kit.palette import BLUE, BRASS, STEEL
-from mechlab.kit.profiles import cam_curve
+from mechlab.kit.profiles import TURN, cam_curve, in_a_second
 from mechlab.kit.short import Outside, PlotRecipe, builder_entry, parameter
 from mechlab.mechanism import Builder, Inertia, Mechanism, Placement, prismatic, revolute, shape
-
-TURN = 2.0 * math.pi
-PEAKS = {"cycloidal": (2.0, TURN, 0.25), "poly345": (1.875, 10 / math.sqrt(3), 0.5 - math.sqrt(3) / 6),
-         "poly4567": (2.1875, 84 / (5 * math.sqrt(5)), 0.5 - math.sqrt(5) / 10), "harmonic": (0.25 * TURN, 0.125 * TURN**2, 0.0)}
-"""s' of the law in its middle, its largest s'', and where: s''' = 0, or the end of the harmonic law."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +26,7 @@ class Parameters:
     stiffness: float = parameter(2000.0, "N/m", "spring on the follower", low=0)
 
     def __post_init__(self) -> None:
-        cam_curve(self.law, self.lift, self.rise, self.top, self.fall)  # raises for an unknown law, or parts longer than a turn
+        cam_curve(self.law, self.lift, self.rise, self.top, self.fall)  # refuses an unknown law, or parts longer than a turn
 
 
 def build(p: Parameters) -> Mechanism:
@@ -44,33 +35,26 @@ def build(p: Parameters) -> Mechanism:
     size: dict[str, Any] = {n: getattr(p, n) for n in ("base", "lift", "rise", "top", "fall", "roller")}
     cam = shape("disc_cam", color=BRASS, name="cam", law=LAWS.index(p.law), thickness=t, bore=0.2 * p.base, **size)
     roller = shape("disc", color=BLUE, name="roller", radius=p.roller, thickness=1.1 * t, bore=0.3 * p.roller)
-    stem = Placement((0, 0.6 * up, t), (math.sqrt(0.5), -math.sqrt(0.5), 0.0, 0.0))
+    stem = shape("box", Placement((0, 0.6 * up, t)), STEEL, "stem", x=0.7 * p.roller, y=1.2 * up, z=0.7 * p.roller)
     b = Builder("cam_follower", gravity=(0, 0, 0), summary="disc cam with translating roller follower")
     b.body("cam", revolute("cam", "z"), inertia=Inertia.cylinder(2.0, p.base, t), shapes=[cam])
-    b.body("follower", prismatic("lift", "y", stiffness=p.stiffness, spring_rest=-p.lift), at=(0, up, 0),
-           inertia=Inertia.box(0.3, 0.02, 0.1, 0.02),
-           shapes=[roller, shape("cylinder", stem, STEEL, "stem", radius=0.35 * p.roller, length=1.2 * up)])
+    joint = prismatic("lift", "y", stiffness=p.stiffness, spring_rest=-p.lift)
+    b.body("follower", joint, at=(0, up, 0), inertia=Inertia.box(0.3, 0.02, 0.1, 0.02), shapes=[roller, stem])
     return b.curve("profile", "lift", "cam", curve).frame("F", "follower").drive("cam", stiffness=50.0, damping=0.5).build()
-
-
-def closed(p: Parameters, given: Mapping[str, Any]) -> dict[str, Any]:
-    """The law of the lift, a turn in 1 s."""
-    s, v, a = rise_and_fall(p.law, given["cam"], p.lift, p.rise, p.top, p.fall)
-    return {"lift": s, "lift_rate": TURN * v, "lift_accel": TURN**2 * a}
 
 
 ENTRY = builder_entry(
     "cam_follower", "Cam with roller follower", "dwell", summary="A disc cam lifts a roller by a law of motion: rise, dwell, fall, dwell.",
     use="Valve gear, packaging and textile machines.", origin="trip hammers of antiquity", parameters=Parameters, build=build,
-    path=lambda p: {"cam": (0.0, TURN)}, closed=closed, sliders=("lift", "rise", "top", "fall"),
+    path=lambda p: {"cam": (0.0, TURN)}, sliders=("lift", "rise", "top", "fall"),
+    closed=lambda p, given: in_a_second("lift", rise_and_fall(p.law, given["cam"], p.lift, p.rise, p.top, p.fall)),
     through=lambda p: (p.rise * PEAKS[p.law][2] / TURN, 0.5 * p.rise / TURN), plots=(PlotRecipe("lift", ("lift",)),),
     outside=(
         Outside("largest rate of the rise over lift per time of the rise", "", lambda p: PEAKS[p.law][0],
-                lambda p, m: float(np.max(m["lift_rate"])) * p.rise / (TURN * p.lift), 1e-7, "s'(1/2): 2; 15/8; 35/16; pi/2"),
+                lambda p, m: float(m["lift_rate"].max()) * p.rise / (TURN * p.lift), 1e-7, "s'(1/2): 2; 15/8; 35/16; pi/2"),
         Outside("largest acceleration of the rise over lift per squared time of the rise", "", lambda p: PEAKS[p.law][1],
-                lambda p, m: float(np.max(m["lift_accel"][m["cam"] <= 0.5 * p.rise])) * (p.rise / TURN) ** 2 / p.lift, 1e-5,
+                lambda p, m: float(m["lift_accel"][m["cam"] <= 0.5 * p.rise].max()) * (p.rise / TURN) ** 2 / p.lift, 1e-5,
                 "s'' where s''' = 0: 2 pi; 10/sqrt(3) = 5.7735; 7.5132; pi^2/2"),
     ),
-    chain="R + P, a curve", formulas="Cycloidal: s = h (u - sin(2 pi u) / 2 pi).",
-    sources=("Norton, Cam Design and Manufacturing Handbook, chapter 2",),
+    chain="R + P, a curve", formulas="s = h s(u).", sources=("Norton, Cam Design and Manufacturing Handbook, chapter 2",),
 )  # fmt: skip

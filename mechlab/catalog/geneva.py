@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +10,7 @@ import numpy as np
 
 from mechlab.analytic.geneva import engaged_from, fastest, wheel_law
 from mechlab.kit.palette import BLUE, BRASS
-from mechlab.kit.profiles import geneva_curve
+from mechlab.kit.profiles import geneva_curve, in_a_second
 from mechlab.kit.short import Outside, PlotRecipe, builder_entry, parameter
 from mechlab.mechanism import Builder, Inertia, Mechanism, Placement, revolute, shape
 
@@ -38,16 +37,11 @@ def build(p: Parameters) -> Mechanism:
     return b.curve("slot", "wheel", "crank", geneva_curve(p.slots)).drive("crank", stiffness=20.0, damping=0.2).build()
 
 
-def closed(p: Parameters, given: Mapping[str, Any]) -> dict[str, Any]:
-    """The law of the wheel, a turn in 1 s."""
-    b, v, a = wheel_law(p.slots, given["crank"])
-    return {"wheel": b, "wheel_rate": TURN * v, "wheel_accel": TURN**2 * a}
-
-
 ENTRY = builder_entry(
     "geneva", "Geneva drive", "dwell", summary="A pin turns a slotted wheel by one slot a turn and locks it for the rest.",
     use="Film projectors, indexing tables, counters.", origin="Swiss watchmakers, to keep springs from being overwound",
-    parameters=Parameters, build=build, path=lambda p: {"crank": (0.0, TURN)}, closed=closed, duration=3.0, sliders=("slots",),
+    parameters=Parameters, build=build, path=lambda p: {"crank": (0.0, TURN)}, duration=3.0, sliders=("slots",),
+    closed=lambda p, given: in_a_second("wheel", wheel_law(p.slots, given["crank"])),
     through=lambda p: (fastest(p.slots)[0] / TURN, engaged_from(p.slots) / TURN),
     plots=(PlotRecipe("wheel", ("wheel",)), PlotRecipe("rate of the wheel", ("wheel_rate",))),
     outside=(

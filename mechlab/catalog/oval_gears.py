@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mechlab.kit.palette import BLUE, BRASS
-from mechlab.kit.profiles import oval_curve, oval_law
+from mechlab.kit.profiles import in_a_second, oval_curve, oval_law
 from mechlab.kit.short import Outside, PlotRecipe, builder_entry, farthest, parameter
 from mechlab.mechanism import Builder, Inertia, Mechanism, revolute, shape
 
@@ -33,12 +33,6 @@ def build(p: Parameters) -> Mechanism:
     return b.curve("mesh", "output", "input", oval_curve(p.eccentricity)).drive("input", stiffness=20.0, damping=0.2).build()
 
 
-def closed(p: Parameters, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Half-angle law, path time 1 s a turn."""
-    b, v, a = oval_law(p.eccentricity, given["input"])
-    return {"output": b, "output_rate": 2 * math.pi * v, "output_accel": (2 * math.pi) ** 2 * a}
-
-
 def radii(p: Parameters, m: Mapping[str, Any]) -> Any:
     """Radii of both ellipses on the line of the axes, A (1 - e^2) / (1 -+ e cos), over the distance 2 A."""
     e = p.eccentricity
@@ -49,7 +43,8 @@ ENTRY = builder_entry(
     "oval_gears", "Oval gears", "gear-train",
     summary="Two equal ellipses roll about their foci: even input, output once fast and once slow a turn.",
     use="Flow meters, presses with a slow stroke and a quick return.", origin="Leonardo da Vinci, about 1500; Holditch, 1838",
-    parameters=Parameters, build=build, path=lambda p: {"input": (-math.pi, math.pi)}, closed=closed, sliders=("eccentricity",),
+    parameters=Parameters, build=build, path=lambda p: {"input": (-math.pi, math.pi)},
+    closed=lambda p, given: in_a_second("output", oval_law(p.eccentricity, given["input"])), sliders=("eccentricity",),
     plots=(PlotRecipe("ratio", ("output_rate",)),),
     outside=(
         # at the far end of the input the radii are A (1 + e) and A (1 - e)

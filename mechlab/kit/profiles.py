@@ -18,6 +18,7 @@ from mechlab.analytic.geneva import engaged_from, slot_law
 from mechlab.errors import MechlabError, unknown
 from mechlab.mechanism import Curve, constant, hermite, joined
 
+TURN = 2.0 * math.pi
 PIECES = {"cycloidal": 48, "poly345": 1, "poly4567": 64, "harmonic": 24}
 """Pieces of a rise."""
 SLOT_PIECES, OVAL_PIECES = 96, 160
@@ -63,6 +64,11 @@ def oval_curve(eccentricity: float) -> Curve:
         raise MechlabError(f"oval gears: expected an eccentricity from 0 to 0.9, got {eccentricity!r}.")
     a = _finer(math.pi, -math.log(max(eccentricity, 0.05)), OVAL_PIECES)
     return hermite(a, *oval_law(eccentricity, a), periodic=True)
+
+
+def in_a_second(name: str, law: tuple[np.ndarray, np.ndarray, np.ndarray]) -> dict[str, np.ndarray]:
+    """The quantities of a joint that follows a law of the turn of another one, which turns once in 1 s."""
+    return {name: law[0], f"{name}_rate": TURN * law[1], f"{name}_accel": TURN**2 * law[2]}
 
 
 def _finer(end: float, near: float, pieces: int) -> np.ndarray:
