@@ -48,5 +48,5 @@ BASE = builder_entry(
     sources=(GEAR_LEVERS.citation,),
 )  # fmt: skip
 ENTRY = replace(
-    BASE, scenes=BASE.scenes | {"cutting": SceneRecipe(cutting, "full", "a motor and a flywheel, a cutting force on each knife")}
+    BASE, scenes={**BASE.scenes, "cutting": SceneRecipe(cutting, "full", "a motor and a flywheel, a cutting force on each knife")}
 )
