@@ -4,6 +4,7 @@ from mechlab.catalog.bibliography import PROSTHESIS
 from mechlab.catalog.prosthetic_leg.build import SCENES, Parameters, build
 from mechlab.catalog.prosthetic_leg.checks import CHECKS
 from mechlab.catalog.prosthetic_leg.claims import CLAIMS
+from mechlab.catalog.prosthetic_leg.figures import FIGURES
 from mechlab.catalog.prosthetic_leg.questions import FREE_MOTION, SLIDES, expand, reference
 from mechlab.experiment.entry import Entry, PlotRecipe
 
@@ -29,6 +30,7 @@ ENTRY = Entry(
     questions=(FREE_MOTION, SLIDES),
     checks=CHECKS,
     claims=CLAIMS,
+    figures=FIGURES,
     reference=reference,
     expand=expand,
     chain="P(hitch) R(hip) P(thigh) R(knee) P(shin) R(ankle)",

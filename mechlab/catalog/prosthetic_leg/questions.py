@@ -195,24 +195,25 @@ def answers(p: Parameters, witness: str, duration: float) -> dict[str, float]:
 def _answers(p: Parameters, witness: str, duration: float) -> dict[str, float]:
     times = np.linspace(0.0, duration, SAMPLES)
     sag = hitch_sag(p)
-    whole = _motion(p, witness, LEG, times, sag)
+    whole = swing_paths(p, witness, LEG, times, sag)
     truth = ankle_path(p, whole)
     out: dict[str, float] = {}
     for name, locked in LOCKED.items():
         free = tuple(n for n in LEG if n not in locked)
-        less = _motion(p, witness, free, times, sag if "hitch" in free else 0.0)
+        less = swing_paths(p, witness, free, times, sag if "hitch" in free else 0.0)
         path = ankle_path(p, less) + np.array([0.0, 0.0 if "hitch" in free else sag])
         out[f"{name}_error"] = float(np.max(np.linalg.norm(path - truth, axis=1)))
-    unloaded = ankle_path(p, _motion(p, witness, LEG, times, 0.0))
+    unloaded = ankle_path(p, swing_paths(p, witness, LEG, times, 0.0))
     rigid = tuple(n for n in LEG if n not in LOCKED["lock_slides"])
-    path = ankle_path(p, _motion(p, witness, rigid, times, 0.0))
+    path = ankle_path(p, swing_paths(p, witness, rigid, times, 0.0))
     out["lock_slides_unloaded_error"] = float(np.max(np.linalg.norm(path - unloaded, axis=1)))
     for name in ("hitch", "thigh", "shin"):
         out[f"{name}_travel"] = float(np.max(np.abs(whole[name] - whole[name][0])))
     return out
 
 
-def _motion(p: Parameters, witness: str, free: tuple[str, ...], times: Array, hitch: float) -> dict[str, Array]:
+def swing_paths(p: Parameters, witness: str, free: tuple[str, ...], times: Array, hitch: float) -> dict[str, Array]:
+    """Joints over times (n,) in the swing with those in `free`, the hitch starting at `hitch` [m]; witness: "analytic" or an engine."""
     start = SWING_START | {"hitch": hitch}
     initial, rates = {n: start.get(n, 0.0) for n in free}, {n: SWING_RATES.get(n, 0.0) for n in free}
     if witness == "analytic":
