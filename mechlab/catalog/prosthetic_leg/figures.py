@@ -42,7 +42,8 @@ def figure_3() -> Drawing:
             x, y, _ = _world(angle, q) @ corners
             curves.append(Curve(x, y, "link at q = 0, 0.1, 0.2 m" if k == 0 else "", "solid", 4))
         at = (_world(angle, 0.2) @ POINT)[:2]
-        for label, style, color, slope in zip(("Omega A, as printed", "true dA/dq"), ("thick", "dashed"), (1, 0), _slopes(angle), strict=True):
+        looks = (("Omega A, as printed", "thick", 1), ("true dA/dq", "dashed", 0))
+        for (label, style, color), slope in zip(looks, _slopes(angle), strict=True):
             way = 0.12 * (slope @ POINT)[:2]
             curves.append(Curve([at[0], at[0] + way[0]], [at[1], at[1] + way[1]], label, style, color))
         panels.append(Panel(f"axis of the slide at {math.degrees(angle):g} deg", "x [m]", "y [m]", tuple(curves), equal=True))
@@ -100,7 +101,7 @@ def conclusion() -> Drawing:
         Panel("the ankle in the swing", "x [m]", "z [m]", (Curve(whole[:, 0], whole[:, 1], "with all slides", "thick", 0),), equal=True),
         Panel("without some of the slides", "t [s]", "distance of the ankle [mm]", tuple(off)),
     )
-    return Drawing(panels, tuple(readings), "For the slides of thigh and shin in stance see the scene stance-sway.")
+    return Drawing(panels, tuple(readings), "For the slides of thigh and shin in stance see the scene stance.")
 
 
 FIGURES = (

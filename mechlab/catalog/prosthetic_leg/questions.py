@@ -44,6 +44,7 @@ def tree(p: Parameters, free: tuple[str, ...] = LEG) -> tm.Tree:
     b = body(p)
     thigh, shin = b.thigh.halves, b.shin.halves
     turn, up, along = tm.revolute(), tm.prismatic((0.0, 1.0)), tm.prismatic((1.0, 0.0))
+    c_hitch, c_thigh, c_shin = p.fitted_springs
     nothing, here, quarter = np.zeros((3, 3)), tm.placement((0.0, 0.0)), 0.5 * math.pi
     damping = p.slider_damping
     trunk = tm.planar_inertia(b.trunk.mass, (0.0, b.trunk.com), b.trunk.inertia)
@@ -54,11 +55,11 @@ def tree(p: Parameters, free: tuple[str, ...] = LEG) -> tm.Tree:
         tm.TreeLink(-1, here, along, nothing),
         tm.TreeLink(0, here, up, nothing),
         tm.TreeLink(1, here, turn, trunk),
-        tm.TreeLink(2, here, up, carriage, p.C_hitch, 0.0, damping),
+        tm.TreeLink(2, here, up, carriage, c_hitch, 0.0, damping),
         tm.TreeLink(3, tm.placement((0.0, 0.0), -quarter), turn, bars[0]),
-        tm.TreeLink(4, here, along, bars[1], p.C_thigh, 0.0, damping),
+        tm.TreeLink(4, here, along, bars[1], c_thigh, 0.0, damping),
         tm.TreeLink(5, tm.placement((b.thigh.length, 0.0)), turn, bars[2]),
-        tm.TreeLink(6, here, along, bars[3], p.C_shin, 0.0, damping),
+        tm.TreeLink(6, here, along, bars[3], c_shin, 0.0, damping),
         tm.TreeLink(
             7, tm.placement((b.shin.length, 0.0), quarter), turn, foot, p.ankle_stiffness, 0.0, p.ankle_damping
         ),
@@ -168,7 +169,7 @@ SAMPLES = 46
 def hitch_sag(p: Parameters) -> float:
     """Displacement of the hitch at which its spring carries carriage and leg [m], negative: downwards."""
     t = tree(p)
-    return float(tm.gravity_force(t, np.zeros(len(LEG)))[0] / p.C_hitch) if p.C_hitch > 0.0 else 0.0
+    return float(tm.gravity_force(t, np.zeros(len(LEG)))[0] / c) if (c := p.fitted_springs[0]) > 0.0 else 0.0
 
 
 def ankle_path(p: Parameters, q: Mapping[str, Array]) -> Array:
