@@ -4,6 +4,7 @@ there, beside the truth. The source prints no results, only dimensions, steps an
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +22,7 @@ SHOWN = 18
 MODES = {1: "K1 = K2 = +1, as printed", -1: "K1 = K2 = -1, the other mode"}
 
 
-def _path(z: Array) -> tuple[Array, Array]:
+def _path(z: Any) -> tuple[Array, Array]:
     return np.real(z), np.imag(z)
 
 
