@@ -51,7 +51,8 @@ def closed(p: Parameters, given: Mapping[str, float]) -> dict[str, float]:
 DRIVES = ("lower_1_angle", "lower_2_angle", "lower_3_angle")
 PATH = {"platform_z": (0.0, 0.03), "platform_roll": (0.0, 0.0), "platform_pitch": (0.0, 0.2)}
 ENTRY = builder_entry(
-    "rrs3", "3-RRS platform", "parallel-robot", summary="Three legs with a hinge, a knee and a ball: lift and two tilts.",
+    "rrs3", "3-RRS platform", "parallel-robot",
+    summary="Three legs with a hinge, a knee and a ball: lift and two tilts, with a small parasitic shift.",
     use="Ball balancing tables, tilting heads.", origin="Kenneth Hunt, 1983", parameters=Parameters, build=build, drives=DRIVES,
     sliders=("height", "lower"), plots=(PlotRecipe("drives", DRIVES),), path=lambda p: PATH, closed=each(closed),
     outside=(*ends(closed, PATH, DRIVES[:1], "compasses, Carretero 2000"), *ends(closed, PATH, ("platform_x",), "Carretero 2000", "m")),
