@@ -59,7 +59,7 @@ def test_true_values_lie_in_the_intervals(name: str) -> None:
 
 
 def test_dry_friction_is_found_by_the_engine_that_locates_its_events() -> None:
-    t = np.linspace(0.004, 0.12, 40)
+    t = np.linspace(0.002, 0.06, 30)
     true = {"M1": 800.0, "M0": 21.0}
     data = noisy(clean_run("impulse_transmission", "fig4", true, ("beta_rate",), t), {"beta_rate": 0.05}, 3)
     found = ml.fit("impulse_transmission", data, free=("M1",), scene="fig4", M0=21.0)

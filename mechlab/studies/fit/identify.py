@@ -10,10 +10,9 @@ from typing import Any
 import numpy as np
 
 from mechlab.mechanism.geometry import Array
+from mechlab.studies.fit.solve import RANK
 from mechlab.studies.fit.unknowns import FitUnknown
 
-RANK = 1e-6
-"""A singular value below this share of the largest is zero: difference quotients are exact to about 1e-8."""
 WEAK = 1.0
 """Standard error along a direction, in units of the scales of the unknowns, from which the data do not fix it."""
 PART = 0.03

@@ -19,11 +19,12 @@ from mechlab.mechanism.geometry import Array
 from mechlab.studies.fit.predictions import Predictions
 from mechlab.studies.fit.unknowns import FitUnknown, applied
 
-STEP = 1e-4
-"""Difference steps relative to the scale of an unknown: the error of a central difference is their square."""
+STEP, ON_THE_WAY = 1e-4, 1e-5
+"""Difference steps relative to the scale of an unknown, central at the end and one-sided before: their error is the square of the first,
+and the second."""
 ROUNDS = 6
 """Most rounds of estimating the noise of several channels."""
-SETTLED = 0.01
+SETTLED = 0.05
 """Relative change of the estimated noise below which no more rounds follow."""
 LEAST_NOISE = 1e-9
 """Smallest estimated noise, relative to the largest value of the channel: rounding of the engines."""
@@ -31,8 +32,10 @@ GUESS = 0.01
 """First noise of a channel, relative to its standard deviation."""
 FAR = 1e3
 """Weighted residual of a design that has no motion, relative to that of the start."""
-TOLERANCE = 1e-8
-"""Relative change of chi^2, of the unknowns and of the slope that ends a search: about 1e-3 of a standard error."""
+ENOUGH, SMALLEST = 1e-6, 1e-8
+"""Relative changes of chi^2 and of the unknowns that end a search: the first is about 1e-2 of a standard error."""
+RANK = 1e-6
+"""A singular value below this share of the largest is zero: central differences are exact to about 1e-8."""
 MOST_STEPS = 40
 """Most steps of a round."""
 
@@ -99,18 +102,18 @@ class FitProblem:
     def jacobian(self, x: Array, noise: Mapping[str, float], central: bool) -> Array:
         """(n, p) derivatives of the predictions over their noise by the unknowns over their scales; one-sided next to a bound
         and where one side has no motion. Raises MechlabError where neither side has one."""
-        here = self.weighted(x, noise)
+        here, step = self.weighted(x, noise), STEP if central else ON_THE_WAY
         out = np.empty((len(here), len(x)))
         for k, item in enumerate(self.unknowns):
             found: list[tuple[float, Array]] = []
             cause: MechlabError | None = None
             for side in (1.0, -1.0):
                 moved = x.copy()
-                moved[k] += side * STEP * item.scale
+                moved[k] += side * step * item.scale
                 if not item.low <= moved[k] <= item.high:
                     continue
                 try:
-                    found.append((side * STEP, self.weighted(moved, noise)))
+                    found.append((side * step, self.weighted(moved, noise)))
                 except MechlabError as error:
                     cause = error
                 if found and not central:
@@ -118,7 +121,7 @@ class FitProblem:
             if not found:
                 raise cause or MechlabError(f"{self.base.name}: {item.name}: its range is narrower than a difference step.")
             if len(found) == 2:
-                out[:, k] = -(found[0][1] - found[1][1]) / (2.0 * STEP)
+                out[:, k] = -(found[0][1] - found[1][1]) / (2.0 * step)
             else:
                 out[:, k] = -(found[0][1] - here) / found[0][0]
         return out
@@ -165,16 +168,38 @@ def minimise(problem: FitProblem, start: Array, noise: Mapping[str, float] | Non
     spread = {n: float(np.nanstd(x)) or float(np.nanmax(np.abs(x))) or 1.0 for n, x in problem.measured.items()}
     guessed = {n: GUESS * s for n, s in spread.items()} | dict(noise or {}) | dict(problem.stated)
     x, steps, ended = start, 0, False
-    for _ in range(ROUNDS):
-        x, more, ended = _search(problem, x, guessed)
+    pull = _undetermined(problem, start, guessed)
+    for done in range(ROUNDS):
+        x, more, ended = _search(problem, x, guessed, pull)
         steps += more
         found = _estimated(problem, x) | dict(problem.stated)
         settled = all(abs(found[n] - guessed[n]) <= SETTLED * guessed[n] for n in found)
         guessed = found
-        if settled or len(problem.stated) == len(found) or len(found) == 1:
+        if done and (settled or len(problem.stated) == len(found) or len(found) == 1):
             break
     jacobian = problem.jacobian(x, guessed, central=True)
+    x = _polished(problem, x, guessed, jacobian)
     return LeastSquares(x, guessed, jacobian, problem.residuals(x), ended, steps)
+
+
+def _undetermined(problem: FitProblem, x: Array, noise: Mapping[str, float]) -> Array:
+    """(k, p) directions along which the data determine nothing, times the largest singular value: rows that hold the search there, where
+    it would follow the error of the differences. They change no residual."""
+    _, s, v = np.linalg.svd(problem.jacobian(x, noise, central=True), full_matrices=False)
+    return np.asarray(s[0] * v[s <= RANK * s[0]])
+
+
+def _polished(problem: FitProblem, x: Array, noise: Mapping[str, float], jacobian: Array) -> Array:
+    """One Gauss-Newton step with central differences, where it is no step back."""
+    here = problem.weighted(x, noise)
+    step = np.linalg.pinv(jacobian, rcond=RANK) @ here * problem.scales
+    low, high = ([getattr(u, end) for u in problem.unknowns] for end in ("low", "high"))
+    moved = np.clip(x + step, low, high)
+    try:
+        better = bool(np.sum(problem.weighted(moved, noise) ** 2) <= np.sum(here**2))
+    except MechlabError:
+        better = False
+    return moved if better else x
 
 
 def _estimated(problem: FitProblem, x: Array) -> dict[str, float]:
@@ -186,25 +211,25 @@ def _estimated(problem: FitProblem, x: Array) -> dict[str, float]:
     return out
 
 
-def _search(problem: FitProblem, start: Array, noise: Mapping[str, float]) -> tuple[Array, int, bool]:
-    """Unknowns at the least squares for a given noise, steps, whether it ended by its tolerances."""
+def _search(problem: FitProblem, start: Array, noise: Mapping[str, float], pull: Array) -> tuple[Array, int, bool]:
+    """Unknowns at the least squares for a given noise, steps, whether it ended by its tolerances. pull: rows as of `_undetermined`."""
     scales = problem.scales
     first = problem.weighted(start, noise)  # raises where the start has no motion
     far = FAR * max(1.0, float(np.max(np.abs(first))))
+    low = np.array([u.low for u in problem.unknowns]) / scales
+    high = np.array([u.high for u in problem.unknowns]) / scales
+    begin = np.clip(start / scales, low, high)
 
     def residuals(z: Array) -> Array:
         try:
-            return problem.weighted(z * scales, noise)
+            return np.concatenate([problem.weighted(z * scales, noise), pull @ (z - begin)])
         except MechlabError:
-            return np.full(len(first), far)
+            return np.full(len(first) + len(pull), far)
 
     def jacobian(z: Array) -> Array:
-        return -problem.jacobian(z * scales, noise, central=False)
+        return np.vstack([-problem.jacobian(z * scales, noise, central=False), pull])
 
-    low = np.array([u.low for u in problem.unknowns]) / scales
-    high = np.array([u.high for u in problem.unknowns]) / scales
-    z = np.clip(start / scales, low, high)
     done = least_squares(
-        residuals, z, jacobian, (low, high), xtol=TOLERANCE, ftol=TOLERANCE, gtol=TOLERANCE, x_scale=1.0, max_nfev=MOST_STEPS
+        residuals, begin, jacobian, (low, high), xtol=SMALLEST, ftol=ENOUGH, gtol=SMALLEST, max_nfev=MOST_STEPS
     )
     return done.x * scales, int(done.nfev), bool(done.status > 0)
