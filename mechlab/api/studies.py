@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -329,7 +329,7 @@ def optimize(
 
 def fit(
     source: Source,
-    data: File | Mapping[str, Any],
+    data: File | Values,
     values: Values | None = None,
     /,
     *,

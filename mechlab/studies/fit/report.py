@@ -16,7 +16,7 @@ HEADS = ("parameter", "value", "unit", "standard error", "95 % interval", "start
 CHANNEL_HEADS = ("channel", "unit", "values", "residual rms", "noise", "from", "mean", "correlation", "residuals are")
 MOST_PANELS = 8
 """Channels that the picture shows."""
-BLUE, ORANGE, GREY = "#2f6fb0", "#e07b28", "#8a8f98"
+BLUE, ORANGE, DARK = "#6aa5dd", "#e07b28", "#22262e"
 
 
 def heads(found: FitResult) -> Sequence[str]:
@@ -103,14 +103,14 @@ def draw(found: FitResult, path: Path) -> Path:
         c = found.channels[channel]
         upper, lower = figure.add_subplot(grid[2 * k]), figure.add_subplot(grid[2 * k + 1])
         order = np.argsort(x)
-        upper.plot(x, measured, ".", color=GREY, ms=4, mew=0, label="measured")
+        upper.plot(x, measured, ".", color=DARK, ms=6, mew=0, label="measured", zorder=3)
         upper.plot(x[order], predicted[order], "-", color=BLUE, lw=1.4, label="fitted")
         upper.set_ylabel(f"{channel.replace('_', ' ')}\n[{c.unit or '1'}]", fontsize=9)
         left = measured - predicted
         if c.unit == "rad" and not found.over_time:
             left = (left + np.pi) % (2.0 * np.pi) - np.pi
         lower.axhspan(-2.0 * c.noise, 2.0 * c.noise, color="#eef2f7", zorder=0)
-        lower.plot(x, left, ".", color=ORANGE, ms=3.5, mew=0)
+        lower.plot(x, left, ".", color=ORANGE, ms=5, mew=0)
         lower.set_ylabel("residual", fontsize=8)
         for axes in (upper, lower):
             open_frame(axes)
