@@ -55,7 +55,8 @@ class Driver:
         self._rk4 = bool(plant.model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4)
         self._stage = 0
         self._last: tuple[float, float] | None = None
-        self.sampling = False
+        self.sampling = self.leads = False
+        self._at_sample: float | None = None
         self.memory = self.applied.states
         self._remembers = len(self.memory) > 0
         self._kept = self._seen = self.memory.initial
@@ -92,7 +93,7 @@ class Driver:
         """Work of the laws since the start [J]."""
         if self.at_once:
             return sum(f * (self.plant.value(name) - self._from[name]) for name, f in self.forces.items())
-        return self._work
+        return self._work if self._at_sample is None else self._at_sample
 
     def push(self) -> None:
         """One evaluation that keeps no account of forces and work, for runs of which states alone are kept."""
@@ -123,8 +124,10 @@ class Driver:
             self.push()
 
     def __call__(self) -> None:
-        """One evaluation: the engine's state is current, its forces are not computed yet."""
+        """One evaluation: the engine's state is current, its forces are not computed yet. `sampling`: for the record; `leads`: the
+        next step goes on from it, so that it is the first stage of that step too."""
         count_work(self._price)
+        counts = self.leads or not self.sampling
         t = self._data.time
         total = self._apply(t)
         if self.held is not None:
@@ -135,10 +138,11 @@ class Driver:
         power = float(total.dot(self._qvel))
         if not math.isfinite(power):
             self._refuse()
-        if self._remembers and not self.sampling:
+        if self._remembers and counts:
             self._remember(t)
         if self._rk4:
-            if not self.sampling:
+            self._at_sample = self._work if self.sampling else None
+            if counts:
                 self._work += _RK4[self._stage] * self._option.timestep * power
                 self._stage = (self._stage + 1) % 4
             return

@@ -69,7 +69,10 @@ def _run(mechanism: Mechanism, scene: Scene, chosen: Settings, steps: Grid, judg
         # laws in Python read the dense rows in the middle of a step, reactions of distance loops at the samples
         sparse = not driver.reads_rows and sparse_is_right(model, data)
         with sparse_steps(model, sparse and not samples.reactions.distances):
-            blow_up, cpu, done = advance(model, data, map_, steps, samples.take, sparsely if sparse else None)
+            # of distance loops samples are made in the same data, and sparse steps evaluate by another way
+            evaluate = None if sparse or samples.reactions.distances else samples.evaluate
+            take = samples.keep if evaluate else samples.take
+            blow_up, cpu, done = advance(model, data, map_, steps, take, sparsely if sparse else None, evaluate)
     move_cost("record", "integrate", cpu)
     with spent_on("record"):
         if samples.cut():  # the run ends there, whatever came after

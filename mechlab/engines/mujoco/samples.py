@@ -25,6 +25,7 @@ class ForceSource(Protocol):
     """What samples ask of a Driver."""
 
     sampling: bool
+    leads: bool
     targets: tuple[str, ...]
 
     @property
@@ -58,12 +59,21 @@ class RunSamples:
         self.allowance = 0.0
 
     def take(self, t: float) -> bool:
-        """Evaluate the present state and record it; a state that is not finite is left out. True: end the run here, a loop has
+        """`evaluate` the present state and `keep` it."""
+        self.evaluate()
+        return self.keep(t)
+
+    def evaluate(self, leads: bool = False) -> None:
+        """Evaluate the present state; leads: the next step goes on from there."""
+        driver = self.driver
+        driver.sampling, driver.leads = True, leads
+        mujoco.mj_forward(self.model, self.data)
+        driver.sampling = False
+
+    def keep(self, t: float) -> bool:
+        """Record the state that was evaluated; one that is not finite is left out. True: end the run here, a loop has
         opened, or the assembly mode, which is looked at once in WATCHED samples, is not the one to keep: `cut` says where."""
         data, (qpos, qvel, qacc) = self.data, self._motion
-        self.driver.sampling = True
-        mujoco.mj_forward(self.model, data)
-        self.driver.sampling = False
         if not finite(qacc):
             if not self.t:
                 raise MechlabError(f"{self.map.mechanism.name}: MuJoCo's accelerations at t = 0 are not finite.")
