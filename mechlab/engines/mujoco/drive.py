@@ -8,8 +8,10 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
+from mechlab.engines.mujoco.after_run import MOST_NUMBERS, AfterRun, ConstantLoads, HeldDrives, StepsBetween
 from mechlab.engines.mujoco.model import MujocoMap, passive, to_mujoco
 from mechlab.engines.mujoco.plant import MujocoPlant
+from mechlab.engines.mujoco.stepping import Grid
 from mechlab.engines.state import RATE_LIMIT
 from mechlab.errors import MechlabError
 from mechlab.experiment.acting import held_drives
@@ -72,6 +74,18 @@ class Driver:
     def called(self) -> bool:
         """Whether the engine must call it while it steps."""
         return bool(self.laws) and not self.at_once
+
+    def afterwards(self, steps: Grid, judged: bool) -> AfterRun | None:
+        """What tells forces and work from the states of a run, so that no call is needed; None where the calls have to. judged: whether
+        somebody asks for the work."""
+        if self.at_once or not self.laws:
+            return ConstantLoads(self.plant.map, self.forces)
+        if self.held is None or self.applied.laws or not self.held.steady:
+            return None
+        model = self.plant.model
+        if judged and steps.count * (model.nq + 2 * model.nv) > MOST_NUMBERS:
+            return None
+        return HeldDrives(self.held, steps, self._rk4, StepsBetween(model, self._data) if judged else None)
 
     @property
     def reads_rows(self) -> bool:

@@ -168,10 +168,15 @@ def take_steps(model: mujoco.MjModel, data: mujoco.MjData, steps: Grid, start: i
             model.opt.timestep = steps.timestep
 
 
-def sparsely(model: mujoco.MjModel, data: mujoco.MjData, steps: Grid, start: int, end: int) -> None:
-    """`take_steps` with the sparse Jacobian; the samples between see what the model says."""
-    with sparse_steps(model):
-        take_steps(model, data, steps, start, end)
+def sparsely(step: Step | None = None) -> Step:
+    """`take_steps`, or another step, with the sparse Jacobian; the samples between see what the model says."""
+    take = step or take_steps
+
+    def stepped(model: mujoco.MjModel, data: mujoco.MjData, steps: Grid, start: int, end: int) -> None:
+        with sparse_steps(model):
+            take(model, data, steps, start, end)
+
+    return stepped
 
 
 def finite(values: Array) -> bool:
