@@ -21,7 +21,6 @@ from mechlab.mechanism import Mechanism, Status
 from mechlab.mechanism.length_unit import is_length
 from mechlab.values import LARGEST_NUMBER, has_unit, parse_value
 
-
 NUMBERS_ALONE = (TypeError, ValueError, IndexError)
 """What a closed form for one pose raises when it gets arrays."""
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from functools import lru_cache
 
 import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.after_run import MOST_NUMBERS, AfterRun, ConstantLoads, HeldDrives, StepsBetween
-from mechlab.engines.mujoco.model import MujocoMap, passive, to_mujoco
+from mechlab.engines.mujoco.model import MujocoMap, Tuning, passive, to_mujoco
 from mechlab.engines.mujoco.plant import MujocoPlant
 from mechlab.engines.mujoco.stepping import Grid
 from mechlab.engines.state import RATE_LIMIT
@@ -246,11 +249,39 @@ RunModel = tuple[mujoco.MjModel, mujoco.MjData, MujocoMap]
 
 def run_model(mechanism: Mechanism, settings: Settings, laws: Sequence[Law]) -> RunModel:
     """A model for a run under laws, without the automatic reset and with the actuators of `engage` alone."""
-    model, data = to_mujoco(mechanism, settings, bare=True)
+    return tunable_model(mechanism, settings, laws)[0]
+
+
+def tunable_model(mechanism: Mechanism, settings: Settings, laws: Sequence[Law]) -> tuple[RunModel, Tuning]:
+    """`run_model`, and what gives it other settings."""
+    model, data = to_mujoco(mechanism, None, bare=True)
+    tuning = Tuning(model)
+    tuning.put(settings)
     map_ = MujocoMap(mechanism, model)
     engage(map_, laws)
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
-    return model, data, map_
+    return (model, data, map_), tuning
+
+
+@lru_cache(maxsize=8)
+def _unused(mechanism: Mechanism, held: tuple[Law, ...], thread: int) -> list[tuple[RunModel, Tuning]]:
+    """Models of runs of a thread that have ended; `lent_model` takes from them and gives back."""
+    return []
+
+
+@contextmanager
+def lent_model(mechanism: Mechanism, settings: Settings, laws: Sequence[Law]) -> Iterator[RunModel]:
+    """A `run_model` for this block: what the same mechanism under the same held drives ran on before is tuned and reset, which is
+    cheaper than another MjModel and MjData. Whatever else the block changes in the model it has to put back."""
+    unused = _unused(mechanism, engaged(laws), threading.get_ident())
+    if unused:
+        made, tuning = unused.pop()
+        tuning.put(settings)
+        mujoco.mj_resetData(made[0], made[1])
+    else:
+        made, tuning = tunable_model(mechanism, settings, laws)
+    yield made
+    unused.append((made, tuning))  # not after an error: nobody knows what it left
 
 
 def put_start(data: mujoco.MjData, map_: MujocoMap, q: Array, v: Array) -> None:

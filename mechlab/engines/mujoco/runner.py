@@ -12,7 +12,7 @@ import scipy
 from mechlab.clock import costed, move_cost, spent_on
 from mechlab.engines.mujoco.after_run import HeldDrives
 from mechlab.engines.mujoco.control import controlled, engine
-from mechlab.engines.mujoco.drive import Driver, put_start, run_model
+from mechlab.engines.mujoco.drive import Driver, RunModel, lent_model, put_start
 from mechlab.engines.mujoco.findings import health, masses_finding
 from mechlab.engines.mujoco.plant import MujocoPlant
 from mechlab.engines.mujoco.samples import RunSamples
@@ -60,8 +60,16 @@ def _run(mechanism: Mechanism, scene: Scene, chosen: Settings, steps: Grid, judg
         raise MechlabError(f"settings are for the engine {chosen.engine!r}, this is the runner of 'mujoco'.")
     if chosen.integrator not in MUJOCO_INTEGRATORS:
         raise unknown("integrator of mujoco", chosen.integrator, MUJOCO_INTEGRATORS)
+    with lent_model(mechanism, chosen, scene.laws) as lent:
+        return _recorded(mechanism, scene, chosen, steps, judged, lent)
+
+
+def _recorded(
+    mechanism: Mechanism, scene: Scene, chosen: Settings, steps: Grid, judged: bool, lent: RunModel
+) -> Recording:
+    """The run, on a model with the settings."""
+    model, data, map_ = lent
     q, v = initial_state(mechanism, scene)
-    model, data, map_ = run_model(mechanism, chosen, scene.laws)
     put_start(data, map_, q, v)
     driver = Driver(mechanism, scene.laws, MujocoPlant(mechanism, model, data, map_))
     after = driver.afterwards(steps, judged)
