@@ -92,7 +92,7 @@ def _recorded(
     found = Health()
     with spent_on("check"):
         if judged:
-            ahead = [f for f in (samples.loops.finding(scene.duration), masses_finding(map_, q)) if f is not None]
+            ahead = [f for f in (samples.loops.finding(scene.duration), masses_finding(map_, q, data)) if f is not None]
             found = Health(tuple(ahead)) + health(mechanism, scene, chosen, data, blow_up, samples)
     per_step = 4 if chosen.integrator == "RK4" else 1
     return Recording(

@@ -122,16 +122,22 @@ def advance(
     fault, accelerations, memory = _Fault(data), data.qacc, data.qacc_warmstart
     integrate = None if evaluate is None else INTEGRATE.get(int(model.opt.integrator))
     state, leads = np.empty(mujoco.mj_stateSize(model, INTEGRATION_STATE)), False
-    kept = memory.copy()
+    kept, before = memory.copy(), data.qvel.copy()
     for here in steps.samples:
         start = clock()
         if here > done:
-            mujoco.mj_getState(model, data, state, INTEGRATION_STATE)
+            single = here == done + 1
+            if single:
+                before[:] = data.qvel
+            else:
+                mujoco.mj_getState(model, data, state, INTEGRATION_STATE)
             if leads and integrate is not None:
                 integrate(model, data)
                 done += 1
             if here > done:
                 take(model, data, steps, done, here)
+            if fault.seen() and single:
+                return SteppingEnd(steps.t(here), end_reason(data, map_, before)), cpu + clock() - start, here
             if fault.seen():
                 end = _locate(model, data, map_, steps, state, done - 1 if leads else done, here, take)
                 return end, cpu + clock() - start, here
