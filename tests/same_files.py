@@ -2,7 +2,7 @@
 
 Sines, quaternions and solved statics differ between processors in their last bits. So numbers of XML and JSON may differ by
 `ROUNDING` of the largest number of the same name in the file (of 1 where all are smaller), a quaternion may have the other
-sign; numbers of sheets by one unit of their last printed digit, of an OBJ by its 9 digits.
+sign; numbers of sheets by one unit of their last printed digit, of an OBJ by one unit of what it rounds them to.
 """
 
 import json
@@ -15,8 +15,9 @@ from pathlib import Path
 from typing import Any
 
 ROUNDING = 1e-12
-IN_OBJ = {"v": 2e-9, "vn": 2e-6, "f": 0.0}
-"""Vertices have 9 digits, normals are rounded to 6 decimals."""
+IN_OBJ = {"v": 4e-5, "vn": 1.001e-3, "f": 0.0}
+"""Vertices are rounded to a unit of at most 2e-5 of the largest extent, which is at most twice the largest coordinate; normals to
+3 decimals."""
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?!\w|\.\d)", re.IGNORECASE)
 QUATERNIONS = ("quat", "quaternion")
 Leaf = tuple[str, str, Any]

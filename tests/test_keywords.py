@@ -25,7 +25,7 @@ LIKE: dict[str, dict[str, str]] = {
     "chart": {
         "scene": "--scene", "duration": "--duration", "target": "--target", "fidelity": "--fidelity", "peers": "--peers", "out": "-o",
     },
-    "claims": {"figure": "--figure"},
+    "claims": {"figure": "--figure", "out": "-o"},
     "cycle": {
         "drive": "--drive", "output": "--output", "points": "--points", "span": "--span", "fidelity": "--fidelity", "out": "-o",
     },
@@ -225,6 +225,8 @@ KEYWORDS: dict[tuple[str, str], tuple[Act, Act]] = {
         lambda p: api.draw(html=p / "new.html", wait=False).to_dict()["message"][:9],
     ),
     ("list_entries", "family"): (lambda p: len(api.list_entries().rows), lambda p: len(api.list_entries(family="press").rows)),
+    ("list_entries", "freedoms"): (lambda p: len(api.list_entries().rows), lambda p: len(api.list_entries(freedoms=2).rows)),
+    ("list_entries", "motion"): (lambda p: len(api.list_entries().rows), lambda p: len(api.list_entries(motion="spatial").rows)),
     ("list_entries", "search"): (lambda p: len(api.list_entries().rows), lambda p: len(api.list_entries(search="dwell").rows)),
     ("view", "port"): (lambda p: "", lambda p: _refused("port", lambda: _page(p, port=9))),
     ("view", "wait"): (

@@ -67,6 +67,8 @@ STABLE = "stability fourbar coupler_mass=1e-3:1e3:3 --budget 1 --scene free-run 
 COMMANDS: dict[tuple[str, str], list[Differ | Writes | Refused]] = {
     ("run", "-o"): [Writes("run pendulum duration=0.2 -o {}/r", "r/pendulum.xml", slow=True)],
     ("list", "--family"): [Differ("list", "--family press"), Refused("list --family no", "family 'no'")],
+    ("list", "--freedoms"): [Differ("list", "--freedoms 2"), Refused("list --freedoms 5", "5 freedoms")],
+    ("list", "--motion"): [Differ("list", "--motion spatial"), Refused("list --motion no", "'no'")],
     ("list", "--search"): [Differ("list", "--search dwell")],
     ("show", "--fidelity"): [Differ("show delta6", "--fidelity full"), Refused("show fourbar --fidelity no", "'no'")],
     ("generate", "-o"): [Writes("generate pendulum -o {}", "pendulum.xml")],
@@ -167,7 +169,14 @@ COMMANDS: dict[tuple[str, str], list[Differ | Writes | Refused]] = {
         Differ("track delta6 D_x=0:0.01:3", "--fidelity full"), Refused(f"{TRACK} --fidelity no", "'no'"),
     ],
     ("track", "-o"): [Writes(f"{TRACK} -o {{}}/a.npz", "a.npz"), Refused(f"{TRACK} -o {{}}/a.csv", ".npz")],
-    ("claims", "--figure"): [Refused("claims pendulum --figure {}/a.png", "figure"), Refused("claims crank=1", "crank")],
+    ("claims", "--figure"): [
+        Refused("claims pendulum --figure {}/a.png", "figure"), Refused("claims closed_differential --figure 99", "99"),
+        Refused("claims crank=1", "crank"),
+    ],
+    ("claims", "-o"): [
+        Writes("claims closed_differential --figure all -o {}/a.png", "a.png"), Refused("claims closed_differential -o {}/a.gif", ".svg"),
+        Refused("claims pendulum -o {}/a.png", "pendulum"),
+    ],
     ("chart", "--scene"): [Refused(f"{CHART} --scene no", "'no'"), Differ("chart fourbar --duration 0.02", "--scene free-run", slow=True)],
     ("chart", "--duration"): [Differ(CHART, "--duration 0.2", slow=True), Refused("chart pendulum --duration -1", "duration")],
     ("chart", "--target"): [Differ(CHART, "--target 1e-7", slow=True), Refused(f"{CHART} --fidelities --target 1e-3", "--target")],

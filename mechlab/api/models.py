@@ -11,7 +11,9 @@ from mechlab.api.arguments import File, Stages, Values, key_values, silent
 from mechlab.api.finding import Source, find_all, load_design
 from mechlab.api.runs import simulate
 from mechlab.api.viewing import story, view
+from mechlab.catalog.table import Motion
 from mechlab.files import whole_folder, write
+from mechlab.studies.direct import NAMES as DIRECT_QUESTIONS
 from mechlab.values import Value
 
 if TYPE_CHECKING:
@@ -24,44 +26,49 @@ if TYPE_CHECKING:
     from mechlab.studies.pipeline import RunResult
 
 
-def list_entries(*, family: str | None = None, search: str | None = None) -> TableResult:
-    """The catalog: name, title, family, one sentence; fidelities and scenes stand in the data.
+def list_entries(
+    *, family: str | None = None, freedoms: int | None = None, motion: Motion | None = None, search: str | None = None
+) -> TableResult:
+    """The catalog: name, family, freedoms, title, one sentence; fidelities and scenes stand in the data.
 
     Options:
         family=F: one family, such as straight-line, gear-train, parallel-robot
+        freedoms=N: mechanisms with this many degrees of freedom
+        motion=M: in parallel planes, about one point, or in space
         search=WORDS: entries that have all these words in name, title, family or sentence
     """
-    from mechlab.catalog.listing import TableResult, found_in, one_family
+    from mechlab.catalog.listing import TableResult, found_in, moving, one_family
     from mechlab.catalog.table import TABLE
 
-    chosen = found_in(one_family(TABLE, family), search)
-    rows = tuple((e.name, e.family, e.title, e.summary) for e in chosen)
+    chosen = found_in(moving(one_family(TABLE, family), freedoms, motion), search)
+    rows = tuple((e.name, e.family, f"{e.freedoms} {e.motion}", e.title, e.summary) for e in chosen)
     data = {
         "mechanisms": [
             {
                 "name": e.name, "title": e.title, "family": e.family, "summary": e.summary, "fidelities": list(e.fidelities),
-                "scenes": list(e.scenes),
+                "scenes": list(e.scenes), "freedoms": e.freedoms, "motion": e.motion,
             }
             for e in chosen
         ]
     }  # fmt: skip
-    return TableResult(("name", "family", "title", "summary"), rows, data)
+    return TableResult(("name", "family", "freedoms", "title", "summary"), rows, data)
 
 
 def show(
     source: Source, values: Values | None = None, /, *, fidelity: str | None = None, **parameters: Value
 ) -> Description:
-    """Parameters, structure, bodies, fidelities, scenes, questions. The source "toolpath" is no mechanism but a question.
+    """Parameters, structure, bodies, fidelities, scenes, questions. The sources "toolpath", "bspline"
+    and "regions" are no mechanisms but questions.
 
     Options:
         fidelity=F: level of fidelity: kinematic, minimal, parts, full
     """
     given = key_values(values, parameters)
-    if source == "toolpath" and not given and fidelity is None:
+    if isinstance(source, str) and source in DIRECT_QUESTIONS and not given and fidelity is None:
         from mechlab.lab.sheet import describe_question
-        from mechlab.studies.toolpath import QUESTION
+        from mechlab.studies.direct.table import DIRECT
 
-        return describe_question("toolpath", QUESTION)
+        return describe_question(source, DIRECT[source].question)
     from mechlab.lab.sheet import describe_design
 
     return describe_design(load_design(source, given), fidelity)
@@ -122,13 +129,16 @@ def generate(
 def generate_catalog(out: File = "models", names: Sequence[str] = (), *, pictures: bool = True) -> FilesResult:
     """A folder for each mechanism of the catalog: model files of its richest fidelity and the sheet (README.md).
 
-    pictures: also picture.png, the plots of the default scene (motion.svg), and gallery.png, which shows every picture in `out`.
+    pictures: also picture.png, the plots of the default scene (motion.svg), the figures of the sources, and gallery.png, which shows every
+    picture in `out`.
     """
     from mechlab import catalog
     from mechlab.lab.generate import write_verified
     from mechlab.lab.results import FilesResult
     from mechlab.studies.check.check import run_checks
     from mechlab.studies.check.claims import run_claims
+    from mechlab.studies.check.figures import make_figures, write_picture
+    from mechlab.studies.picture_style import fewer_colors
     from mechlab.studies.sheet import model_sheet
 
     files: dict[str, Path] = {}
@@ -141,14 +151,17 @@ def generate_catalog(out: File = "models", names: Sequence[str] = (), *, picture
             made = write_verified(d.mechanism(list(d.entry.fidelities)[-1]), stage, d.file_settings)
             code = max(code, made.trial.exit_code)
             warnings += [f"{name}: {w}" for w in made.trial.warnings]
-            sheet = model_sheet(d, run_checks([d]), run_claims([d.entry]), "picture.png", "motion.svg")
+            drawn = make_figures([d.entry], "all") if d.entry.figures else []
+            sheet = model_sheet(d, run_checks([d]), run_claims([d.entry]), drawn, "picture.png", "motion.svg")
             write(stage / "README.md", sheet)
             if pictures:
                 from mechlab.viewer.film import write_motion_svg
 
                 view(name, png=stage / "picture.png")
-                _fewer_colours(stage / "picture.png")
+                fewer_colors(stage / "picture.png")
                 write_motion_svg(story(simulate(name)), stage / "motion.svg")
+                for x in drawn:
+                    write_picture(x.figure, x.drawing, stage / f"{x.figure.stem}.png")
         _remove_unnamed_meshes(folder)
         files[name] = folder
     if not names:
@@ -160,18 +173,9 @@ def generate_catalog(out: File = "models", names: Sequence[str] = (), *, picture
     return FilesResult(Path(out), files, made.sentence, tuple(warnings), code)
 
 
-def _fewer_colours(picture: Path) -> None:
-    """The picture in 256 colours: a quarter of its size."""
-    from PIL import Image
-
-    with Image.open(picture) as image:
-        few = image.convert("RGB").quantize(256)
-    few.save(picture, optimize=True)
-
-
 def _remove_unnamed_meshes(folder: Path) -> None:
     """Meshes that an earlier run wrote there and the model does not name any more."""
-    from mechlab.shapes.build import HEADER
+    from mechlab.shapes.obj import HEADER
 
     text = (folder / f"{folder.name}.xml").read_text("utf-8")
     for mesh in (folder / "meshes").glob("*.obj"):
@@ -197,17 +201,29 @@ def check(sources: Source | Sequence[Source] = (), values: Values | None = None,
     return run_checks([load_design(entry, given) for entry in find_all(sources)])
 
 
-def claims(sources: Source | Sequence[Source] = (), /, *, figure: File | None = None) -> ClaimReport:
-    """The ledger of printed claims (default: the whole catalog).
+def claims(
+    sources: Source | Sequence[Source] = (), /, *, figure: File | None = None, out: File | None = None
+) -> ClaimReport:
+    """The ledger of printed claims (default: the whole catalog), and the figures of the sources, ours against what is printed.
 
     Options:
-        figure=FILE: draw the verdict (.png, .svg, .pdf), for one mechanism with a figure
+        figure=[N]: compute a figure of the source: its number or name as printed, or all; the ledger lists them
+        out=FILE: picture of the figure (.png, .svg, .pdf), or a folder for several
     """
-    from mechlab.studies.check.claims import run_claims, write_figure
+    from mechlab.studies.check.claims import run_claims
+    from mechlab.studies.check.figures import ALL, SUFFIXES, make_figures
 
-    entries = find_all(sources)
-    drawn = "" if figure is None else str(write_figure(entries, figure))
-    return replace(run_claims(entries), figure=drawn)
+    entries, warnings = find_all(sources), tuple[str, ...]()
+    if figure is not None and out is None and Path(figure).suffix.lower() in SUFFIXES:
+        with_figures = [e for e in entries if e.figures]
+        if len(with_figures) == 1:  # as before figures had names: the first one, into this file
+            name = with_figures[0].figures[0].name
+            warnings = (f"`figure` takes the name of a figure; {name} is written to {figure}, which is given by `out` now",)
+            figure, out = name, figure
+    if figure is None and out is not None:
+        figure = ALL
+    drawn = () if figure is None else tuple(make_figures(entries, str(figure), out))
+    return replace(run_claims(entries), figures=drawn, warnings=warnings)
 
 
 def run(

@@ -25,6 +25,7 @@ from mechlab.api.finding import Source, design_and_rest, load_design
 from mechlab.api.suggestions import suggesting
 from mechlab.clock import costed, spent_on
 from mechlab.errors import MechlabError, unknown
+from mechlab.studies.direct import NAMES as DIRECT_QUESTIONS
 from mechlab.values import Value, in_unit, one_number
 
 if TYPE_CHECKING:
@@ -44,13 +45,14 @@ if TYPE_CHECKING:
 def solve(source: Source, values: Values | None = None, /, **given: Value) -> Answers:
     """Answers of all witnesses; keys are parameters and given quantities, numbers or arrays that broadcast.
 
-    The source "toolpath" is no mechanism: it asks about the curve of a file.
+    Three sources are no mechanisms: "toolpath" and "bspline" ask about the curve of a file, its length and travel along it, "regions"
+    about points of a region of functions.
     """
     asked = key_values(values, given)
-    if source == "toolpath":
-        from mechlab.studies.toolpath import solve_toolpath
+    if isinstance(source, str) and source in DIRECT_QUESTIONS:
+        from mechlab.studies.direct.table import DIRECT
 
-        return solve_toolpath(asked)
+        return DIRECT[source].solve(asked)
     from mechlab.lab.ask import ask
 
     return ask(*design_and_rest(source, asked))
@@ -78,8 +80,8 @@ def sensitivity(
     from mechlab.studies.sensitivity.inputs import Tolerances
     from mechlab.studies.sensitivity.study import sensitivity as study
 
-    if source == "toolpath":
-        raise MechlabError("toolpath: a curve of a file has no parameters to vary; sensitivity is for mechanisms.")
+    if isinstance(source, str) and source in DIRECT_QUESTIONS:
+        raise MechlabError(f"{source}: it has no parameters to vary; sensitivity is for mechanisms.")
     design, asked = design_and_rest(source, key_values(values, given))
     return study(design, asked, Tolerances.of(tolerance), only, progress)
 

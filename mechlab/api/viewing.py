@@ -292,6 +292,7 @@ def exhibit(name: str, folder: Path, models: Path) -> Exhibit:
     from mechlab.viewer.film import motion_svg
     from mechlab.viewer.gallery import THUMBNAIL, Exhibit
     from mechlab.viewer.picture import write_png
+    from mechlab.viewer.thumbnail import thumbnail
 
     design = load_design(name, {})
     run = run_story(simulate(name))
@@ -305,5 +306,5 @@ def exhibit(name: str, folder: Path, models: Path) -> Exhibit:
         moved = False
     return Exhibit(
         name, design.entry.title, design.entry.summary, picture.read_bytes(), describe_design(design)._repr_html_(),
-        moved, motion_svg(run), design.entry.family,
+        moved, motion_svg(run), design.entry.family, thumbnail(run),
     )  # fmt: skip

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, get_args
 
-from mechlab.catalog.table import Row
-from mechlab.errors import unknown
+from mechlab.catalog.table import Motion, Row
+from mechlab.errors import MechlabError, unknown
 from mechlab.results import Shown
 
 
@@ -31,6 +31,16 @@ def one_family(rows: Sequence[Row], family: str | None) -> list[Row]:
     if family is not None and family not in families:
         raise unknown("family", family, families)
     return [r for r in rows if family in (None, r.family)]
+
+
+def moving(rows: Sequence[Row], freedoms: int | None, motion: Motion | None) -> list[Row]:
+    """The entries with so many freedoms and that kind of motion, all for None. Raises MechlabError that lists what exists."""
+    counts = sorted({r.freedoms for r in rows})
+    if freedoms is not None and freedoms not in counts:
+        raise MechlabError(f"no mechanism here has {freedoms} freedoms; there are some with {', '.join(map(str, counts))}.")
+    if motion is not None and motion not in get_args(Motion):
+        raise unknown("motion", motion, get_args(Motion))
+    return [r for r in rows if freedoms in (None, r.freedoms) and motion in (None, r.motion)]
 
 
 def found_in(rows: Sequence[Row], words: str | None) -> list[Row]:

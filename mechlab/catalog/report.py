@@ -6,6 +6,8 @@ from mechlab.catalog.listing import TableResult
 from mechlab.results import html_of, line_of, text_of
 from mechlab.tables import counted, html_table, table
 
+NOTHING = "The catalog has no mechanism of this kind; `mechlab list` shows them all."
+
 
 @line_of.register
 def _(result: TableResult) -> str:
@@ -14,7 +16,7 @@ def _(result: TableResult) -> str:
 
 @text_of.register
 def _(result: TableResult) -> str:
-    return table(result.headers, result.rows)
+    return table(result.headers, result.rows) if result.rows else NOTHING
 
 
 @html_of.register

@@ -6,11 +6,15 @@ A test compares each row with the Entry of its name.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
+
+Motion = Literal["planar", "spherical", "spatial"]
 
 
 @dataclass(frozen=True)
 class Row:
-    """One mechanism: the name of its module here, its title, its family, its fidelities and scenes, and one sentence on it."""
+    """One mechanism: the name of its module here, its title, its family, its fidelities and scenes, one sentence on it, the freedoms of
+    its richest fidelity, and whether its bodies move in parallel planes, about a point, or in space."""
 
     name: str
     title: str
@@ -18,6 +22,8 @@ class Row:
     fidelities: tuple[str, ...]
     scenes: tuple[str, ...]
     summary: str
+    freedoms: int = 1
+    motion: Motion = "planar"
 
 
 PLANAR = (("kinematic", "minimal"), ("driven-crank", "free-run"))
@@ -30,12 +36,12 @@ TABLE = (
     Row("class4_linkage", "Class IV linkage", "linkage", ("kinematic", "minimal"), ("driven-crank", "free-run", "into-the-fold"),
         "Planar linkage with an Assur group of class IV: every assembly mode, limit positions, a driven turn."),
     Row("platform_3rrr", "Planar platform 3-RRR", "parallel-robot", ("kinematic", "minimal"), ("driven-cranks", "free-run"),
-        "Planar parallel robot (class III): all assembly modes, all working modes."),
+        "Planar parallel robot (class III): all assembly modes, all working modes.", freedoms=3),
     Row("quick_return", "Quick-return mechanism", "quick-return", *PLANAR,
         "Shaper with a slotted lever: slow working stroke, quick return."),
     Row("stephenson", "Stephenson six-bar", "linkage", *PLANAR,
         "Four-bar with a dyad on its coupler point (Stephenson III); four assembly modes."),
-    Row("fivebar", "Five-bar", "parallel-robot", *PLANAR, "Planar five-bar with two driven cranks; both assembly modes."),
+    Row("fivebar", "Five-bar", "parallel-robot", *PLANAR, "Planar five-bar with two driven cranks; both assembly modes.", freedoms=2),
     Row("planetary_stage", "Planetary stage", "gear-train", ("kinematic", "minimal", "parts", "full"), ("constant-torques",),
         "Sun, planets on a moving carrier and ring: gears as exact linear relations."),
     Row("wolfrom", "Wolfrom train", "gear-train", ("kinematic", "minimal", "parts", "full"), ("constant-torques",),
@@ -43,13 +49,14 @@ TABLE = (
     Row("closed_differential", "Closed gear differential", "gear-train", ("kinematic", "minimal", "parts", "full"),
         ("constant-moments", "held-input-dry-load", "housing-drag", "internal-drag", "one-way-stop", "locked-pair",
          "motor-and-viscous-load", "constant-power", "backstop-two-range"),
-        "Two carriers joined by two blocks of gears, two freedoms, one input: the gear CVT of the source, on trial."),
+        "Two carriers joined by two blocks of gears, two freedoms, one input: the gear CVT of the source, on trial.", freedoms=2),
     Row("delta6", "6-DOF delta with cardan shafts and bevel head", "parallel-robot", ("kinematic", "minimal", "parts", "full"),
         ("pose-sweep", "head-tracking", "head-tracking-swapped", "gravity-hold", "pure-rotation", "toolpath"),
-        "Three linear and three rotary drives; six rods, three of them cardan shafts; gears on moving carriers; a bevel head."),
+        "Three linear and three rotary drives; six rods, three of them cardan shafts; gears on moving carriers; a bevel head.",
+        freedoms=9, motion="spatial"),
     Row("impulse_transmission", "Inertial-impulse transmission", "gear-train", ("minimal", "full"),
         ("fig2", "fig2-swapped", "fig4", "fig4-swapped", "fig5", "fig5-swapped", "fig7", "unidirectional", "sticking"),
-        "Unbalanced planets on a free carrier between two shafts: impulses turn the output against friction and load."),
+        "Unbalanced planets on a free carrier between two shafts: impulses turn the output against friction and load.", freedoms=2),
     Row("gear_linkage", "Three-gear four-bar", "dwell", ("kinematic", "minimal"),
         ("constant-crank", "free-spin", "near-change-point", "knife-drive", "sheet-delivery", "glue-and-cut"),
         "Gears on the joints of a four-bar: an output that speeds up, dwells or runs back once a turn."),
@@ -57,7 +64,7 @@ TABLE = (
         ("constant-torques",),
         "Sun, two planets in series on each ray, fixed central gear, all meshes external; ratio 1 + z4 / z1."),
     Row("prosthetic_leg", "Above-knee prosthesis with elastic slides", "walking", ("minimal", "parts", "full"), ("swing", "stance-drop"),
-        "Planar leg: hip hitch, split thigh and shin, knee, ankle; equations in transition matrices."),
+        "Planar leg: hip hitch, split thigh and shin, knee, ankle; equations in transition matrices.", freedoms=9),
     Row("pendulum", "Simple pendulum (A01)", "benchmark", ("full",), ("swing",),
         "Benchmark A01: a point mass on a massless rod, released from the horizontal."),
     Row("n_fourbar", "N four-bars (A02)", "benchmark", ("full",), ("fall",),
@@ -65,9 +72,9 @@ TABLE = (
     Row("andrews", "Andrews' squeezer (A03)", "benchmark", ("full",), ("squeeze",),
         "Benchmark A03: seven bodies, three loops, tiny lengths and high speed."),
     Row("bricard", "Bricard's mechanism (A04)", "spatial-loop", ("full",), ("fall",),
-        "Benchmark A04: an overconstrained spatial loop that moves nevertheless."),
+        "Benchmark A04: an overconstrained spatial loop that moves nevertheless.", motion="spatial"),
     Row("flyball", "Flyball governor (A05)", "balance", ("full",), ("spin",),
-        "Benchmark A05: a governor with stiff spring-dampers; explicit methods need tiny steps."),
+        "Benchmark A05: a governor with stiff spring-dampers; explicit methods need tiny steps.", freedoms=4, motion="spatial"),
     Row("slider_crank", "Slider-crank", "engine", ("full",), ("free-run",),
         "A slider-crank that runs freely from 10 rad/s: first-order methods lose its phase."),
     Row("cardan_circles", "Cardan circles", "straight-line", *BUILT,
@@ -87,7 +94,7 @@ TABLE = (
     Row("roberts", "Roberts' linkage", "straight-line", *PLANAR,
         "Four-bar whose coupler apex goes from pivot to pivot, nearly along the line between them."),
     Row("sarrus", "Sarrus linkage", "straight-line", *BUILT,
-        "Two chains of hinges at right angles: the platform goes exactly straight, without a slide."),
+        "Two chains of hinges at right angles: the platform goes exactly straight, without a slide.", motion="spatial"),
     Row("scott_russell", "Scott Russell linkage", "straight-line", *PLANAR,
         "Crank as long as half the rod: its free end goes exactly straight, at right angles to the slide."),
     Row("watt", "Watt's linkage", "straight-line", *PLANAR, "Two levers and a coupler whose middle goes nearly straight."),
@@ -98,7 +105,7 @@ TABLE = (
     Row("freudenstein", "Logarithm generator", "function-generator", *PLANAR,
         "Four-bar whose output angle follows log10 x for 1 < x < 2, exact at three points."),
     Row("plagiograph", "Sylvester's plagiograph", "pantograph", *PLANAR,
-        "A parallelogram with skew arms: one point copies another, enlarged and turned."),
+        "A parallelogram with skew arms: one point copies another, enlarged and turned.", freedoms=2),
     Row("jansen", "Jansen's leg", "walking", *PLANAR, "Eleven bars in Jansen's proportions: the foot steps along a nearly flat line."),
     Row("klann", "Klann's leg", "walking", *PLANAR,
         "Six bars with an elbow and a knee: the foot goes flat for half a turn, then steps high."),
@@ -122,7 +129,7 @@ TABLE = (
     Row("luffing_crane", "Level-luffing crane", "lift", *PLANAR,
         "A double rocker whose head goes nearly level: the load is luffed without work."),
     Row("palletizer", "Palletizing arm", "lift", *PLANAR,
-        "Two cranks at the base, parallelograms to the wrist: the tool stays level without a drive."),
+        "Two cranks at the base, parallelograms to the wrist: the tool stays level without a drive.", freedoms=2),
     Row("scissor_lift", "Scissor lift", "lift", *PLANAR, "Crossed bars in n stages: a long straight lift from a short base."),
     Row("fourbar_gripper", "Four-bar gripper", "gripper", *PLANAR,
         "Geared four-bars: fingers that turn inwards as they close, with one drive."),
@@ -132,40 +139,45 @@ TABLE = (
     Row("rhombic_drive", "Rhombic drive", "engine", *PLANAR,
         "Four equal rods between two geared cranks: piston and displacer in line, out of phase."),
     Row("scotch_yoke", "Scotch yoke", "engine", *PLANAR, "A crank pin in the cross slot of a yoke: the yoke moves as a pure cosine."),
-    Row("swash_plate", "Swash plate", "engine", *BUILT, "An inclined plate and axial pistons: stroke by the inclination, pure sines."),
+    Row("swash_plate", "Swash plate", "engine", *BUILT, "An inclined plate and axial pistons: stroke by the inclination, pure sines.",
+        motion="spatial"),
     Row("v_engine", "V-engine", "engine", *PLANAR, "Two connecting rods side by side on one pin, cylinders in a V."),
-    Row("cardan", "Cardan joint", "coupling", *BUILT, "Two shafts at an angle, a cross between their yokes: the output runs unevenly."),
+    Row("cardan", "Cardan joint", "coupling", *BUILT, "Two shafts at an angle, a cross between their yokes: the output runs unevenly.",
+        motion="spherical"),
     Row("double_cardan", "Double cardan joint", "coupling", *BUILT,
-        "Two cardan joints with equal bends: the output turns exactly as the input."),
+        "Two cardan joints with equal bends: the output turns exactly as the input.", motion="spatial"),
     Row("oldham", "Oldham coupling", "coupling", *BUILT, "Parallel shafts with an offset, a block with crossed slides: equal speeds."),
     Row("schmidt", "Schmidt coupling", "coupling", *BUILT, "Three discs with parallel links: equal turn of shafts with a large offset."),
-    Row("bennett", "Bennett's linkage", "spatial-loop", *BUILT, "Four bars with skew hinges: movable though overconstrained."),
+    Row("bennett", "Bennett's linkage", "spatial-loop", *BUILT, "Four bars with skew hinges: movable though overconstrained.",
+        motion="spatial"),
     Row("rssr", "Spatial four-bar RSSR", "spatial-loop", *BUILT,
-        "Crossed crank and rocker, a rod with two balls that also spins on its own."),
+        "Crossed crank and rocker, a rod with two balls that also spins on its own.", freedoms=2, motion="spatial"),
     Row("agile_eye", "Agile Eye", "parallel-robot", *BUILT,
-        "Nine hinges through one point, all links of 90 degrees: three turns, simple equations."),
+        "Nine hinges through one point, all links of 90 degrees: three turns, simple equations.", freedoms=3, motion="spherical"),
     Row("clavel_delta", "Delta robot", "parallel-robot", *BUILT,
-        "Three rotary arms and three pairs of rods: fast translation of a level platform."),
-    Row("hexa", "Hexa robot", "parallel-robot", *BUILT, "Six rotary arms with rods: six freedoms, light moving parts."),
+        "Three rotary arms and three pairs of rods: fast translation of a level platform.", freedoms=3, motion="spatial"),
+    Row("hexa", "Hexa robot", "parallel-robot", *BUILT, "Six rotary arms with rods: six freedoms, light moving parts.",
+        freedoms=6, motion="spatial"),
     Row("orthoglide", "Orthoglide", "parallel-robot", *BUILT,
-        "Three slides at right angles with parallelograms: even in all directions about its middle."),
+        "Three slides at right angles with parallelograms: even in all directions about its middle.", freedoms=3, motion="spatial"),
     Row("rrs3", "3-RRS platform", "parallel-robot", *BUILT,
-        "Three legs with a hinge, a knee and a ball: lift and two tilts, with a small parasitic shift."),
+        "Three legs with a hinge, a knee and a ball: lift and two tilts, with a small parasitic shift.", freedoms=3, motion="spatial"),
     Row("stewart", "Gough-Stewart platform", "parallel-robot", *BUILT,
-        "Six legs of changing length: a stiff platform with six freedoms."),
-    Row("tricept", "Tricept", "parallel-robot", *BUILT, "Three driven legs and a passive column: a stiff arm with three freedoms."),
+        "Six legs of changing length: a stiff platform with six freedoms.", freedoms=6, motion="spatial"),
+    Row("tricept", "Tricept", "parallel-robot", *BUILT, "Three driven legs and a passive column: a stiff arm with three freedoms.",
+        freedoms=3, motion="spatial"),
     Row("upu3", "3-UPU robot", "parallel-robot", *BUILT,
-        "Three telescopic legs with parallel pins: the platform translates and never turns."),
+        "Three telescopic legs with parallel pins: the platform translates and never turns.", freedoms=3, motion="spatial"),
     Row("wrist_2upsu", "Parallel ankle 2-UPS+U", "parallel-robot", *BUILT,
-        "Two linear drives side by side tilt a foot on a universal joint."),
+        "Two linear drives side by side tilt a foot on a universal joint.", freedoms=2, motion="spatial"),
     Row("bevel_differential", "Bevel differential", "gear-train", *BUILT,
-        "Two side gears and a pinion in a cage: two freedoms, the cage has the mean of the wheels."),
+        "Two side gears and a pinion in a cage: two freedoms, the cage has the mean of the wheels.", freedoms=2, motion="spherical"),
     Row("cycloidal", "Cycloidal reducer", "gear-train", *BUILT,
         "An eccentric, a lobed disc and pins: a large reduction in one flat stage, lobes as relations."),
     Row("ferguson", "Ferguson's paradox", "gear-train", *BUILT,
         "Wheels of 49, 50 and 51 teeth on one planet: they turn backward, not at all, and forward."),
     Row("humpage", "Humpage's bevel gear", "gear-train", *BUILT,
-        "Bevel wheels on a moving arm: input and output in line, high reduction."),
+        "Bevel wheels on a moving arm: input and output in line, high reduction.", motion="spherical"),
     Row("lepelletier", "Lepelletier train", "gear-train", *BUILT,
         "A simple stage and a Ravigneaux set: six forward gears of an automatic gearbox."),
     Row("ravigneaux", "Ravigneaux set", "gear-train", *BUILT,
@@ -173,7 +185,7 @@ TABLE = (
     Row("simpson", "Simpson train", "gear-train", *BUILT,
         "Two equal stages share a sun: three forward gears and reverse from two clutches and two brakes."),
     Row("spur_differential", "Parallel-axis differential", "gear-train", *BUILT,
-        "Spur gears only: planets in pairs between two suns, the cage has the mean of both."),
+        "Spur gears only: planets in pairs between two suns, the cage has the mean of both.", freedoms=2),
     Row("berkof_lowen", "Balanced four-bar", "balance", *BUILT,
         "Counterweights on crank and rocker balance the coupler too: no shaking force at any speed."),
     Row("equipoised", "Equipoised arm", "balance", *BUILT, "A spring of zero free length: the arm rests in every position."),

@@ -194,6 +194,8 @@ def parser_of(name: str, verb: Verb, routes: Sequence[Route]) -> Parser:
                 continue
             seen.add(flag)
             how: dict[str, Any] = {"action": "store_true"} if option.is_flag else {"metavar": option.metavar or "X"}
+            if option.metavar.startswith("["):  # its value may be left out
+                how |= {"nargs": "?", "const": "all", "metavar": option.metavar.strip("[]")}
             if option.repeated:
                 how["action"] = "append"
             text = with_flags(about + option.help, flags).replace("%", "%%")

@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.analytic.regions import Region
+from mechlab.errors import MechlabError
+from mechlab.experiment.figure import SourceFigure
 from mechlab.experiment.model_file import ModelFile
+from mechlab.experiment.publication import Publication
 from mechlab.experiment.question import Question
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene
@@ -105,6 +107,7 @@ class Verdict(Enum):
     HOLDS = "holds"
     HOLDS_ONLY_IF = "holds only if"
     MISPRINT = "misprint, correct is"
+    UNREADABLE = "unreadable in the scan"
     FAILS = "fails"
     CANNOT = "cannot be checked"
 
@@ -128,14 +131,27 @@ class ClaimResult:
 
 @dataclass(frozen=True)
 class Claim:
-    """A printed statement of a source. `printed`: the number or sentence as printed; `test()` computes it again."""
+    """A printed statement of a source. `printed`: the number or sentence as printed; `test()` computes it again.
+
+    id: unique within an entry; where: equation, figure or sentence of the source; formerly: an older id, if it had one. Raises
+    MechlabError without a source or a place in it.
+    """
 
     id: str
     where: str
     text: str
     printed: Any
     test: Callable[[], ClaimResult]
-    source: str = ""
+    source: Publication
+    formerly: str = ""
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.source, Publication):
+            raise MechlabError(
+                f"claim {self.id}: it has no source; give the Publication that prints it (mechlab.experiment.publication)."
+            )
+        if not self.where.strip():
+            raise MechlabError(f"claim {self.id}: where does {self.source.label} print it? Give the equation, figure or section.")
 
 
 @dataclass(frozen=True)
@@ -186,7 +202,7 @@ class Entry:
     expand(p, recording) -> the richest Mechanism and its coordinates (n, nq) along the recording, for the page.
     channels: more channels, name -> (unit, function(parameters, recording) -> (n,)).
     warnings(p) -> sentences on doubtful parameters; remarks(p) -> sentences that `show` prints on this design.
-    figure(path) draws the verdicts on the claims, in the format of the suffix.
+    figures: figures of the sources, ours against what is printed.
     portraits: kind -> function(parameters, given) -> `mechlab.kit.portrait.Portrait`; given: numbers or arrays by name.
     plots: what the mechanism is for, as plots of its runs: the motion of its output, its ratio; the page shows them first.
     sliders: up to two parameters (lengths) that the page of explore mode can change.
@@ -213,7 +229,7 @@ class Entry:
     channels: Mapping[str, tuple[str, Callable[[Any, Recording], Array]]] = field(default_factory=dict)
     warnings: Callable[[Any], tuple[str, ...]] | None = None
     remarks: Callable[[Any], tuple[str, ...]] | None = None
-    figure: Callable[[Path], None] | None = None
+    figures: tuple[SourceFigure, ...] = ()
     portraits: Mapping[str, Callable[[Any, Mapping[str, Any]], Any]] = field(default_factory=dict)
     workspace: WorkspaceRecipe | None = None
     sliders: tuple[str, ...] = ()

@@ -64,6 +64,17 @@ class TimeBasis:
         for where, function in self._others:
             out[where] = function(t)
 
+    def many(self, t: Array) -> Array:
+        """(P, size) phi at the times t (P,)."""
+        out = np.empty((len(t), self.size))
+        out[:, 0], out[:, 1] = 1.0, t
+        for sine, cosine, frequency, phase in self._called:
+            angle = frequency * t + phase
+            out[:, sine], out[:, cosine] = np.sin(angle), np.cos(angle)
+        for where, function in self._others:
+            out[:, where] = [function(x) for x in t.tolist()]
+        return out
+
     def row(self, motion: PrescribedMotion, gains: Gains) -> Array:
         """(size,) r with r @ phi(t) = gains @ (value, rate, acceleration) of one of the motions at t."""
         if type(motion) is AtRate:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -145,7 +145,12 @@ class Answers(Shown):
     """Size of the mechanism [m], the scale for differences of lengths."""
 
     def __getitem__(self, witness: str) -> dict[str, float | NDArray[np.float64]]:
+        if witness not in self.answers:
+            raise unknown("witness", witness, self.answers)
         return self.answers[witness].values
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.answers)
 
     @property
     def differences(self) -> dict[str, float]:

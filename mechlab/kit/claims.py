@@ -1,6 +1,6 @@
 """Printed claims as data: what a source prints, how the witnesses compute it, and the verdict for each comparison.
 
-    LEDGER = Ledger("Zinchenko 2009")
+    LEDGER = Ledger(ZINCHENKO)  # a Publication
 
     @LEDGER.claim(
         "Z2", "step 2", "37.3 deg = 0.65 rad", 0.65,
@@ -28,6 +28,7 @@ from numpy.typing import ArrayLike
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.entry import Claim, ClaimResult, Verdict
+from mechlab.experiment.publication import Publication
 from mechlab.mechanism.geometry import Array
 
 Values = Mapping[str, Any]
@@ -173,6 +174,11 @@ def misprint(correct: str, when: Comparison | None = None) -> Rule:
     return Rule(Verdict.MISPRINT, correct, when)
 
 
+def unreadable(meant: str, when: Comparison | None = None) -> Rule:
+    """Rule: the scan is damaged there, so that nothing can be held against the author; `meant`: what must have stood there."""
+    return Rule(Verdict.UNREADABLE, meant, when)
+
+
 def fails(because: str = "", when: Comparison | None = None) -> Rule:
     """Rule: the claim is wrong; `because`: the reason."""
     return Rule(Verdict.FAILS, because, when)
@@ -197,7 +203,7 @@ def settle(found: Evidence, printed: Any, rules: tuple[Rule, ...]) -> ClaimResul
 class Ledger:
     """The claims of one source, in the order in which they are declared."""
 
-    source: str
+    source: Publication
     entries: list[Claim] = field(default_factory=list)
 
     @property
@@ -206,12 +212,13 @@ class Ledger:
         return tuple(self.entries)
 
     def claim(
-        self, id: str, where: str, text: str, printed: Any, *rules: Rule
+        self, id: str, where: str, text: str, printed: Any, *rules: Rule, formerly: str = ""
     ) -> Callable[[Callable[[], Evidence]], Callable[[], Evidence]]:
         """Decorator that declares a claim; the decorated function computes its evidence at every test of the claim.
 
-        id: unique in the ledger. where: place in the source. printed: the number or words as printed. Raises MechlabError
-        for an id that exists already, and unless exactly the last rule has no comparison.
+        id: unique in the ledger. where: equation, figure or section of the source. printed: the number or words as printed.
+        formerly: the id under which earlier versions listed it. Raises MechlabError without a source or a place in it, for
+        an id that exists already, and unless exactly the last rule has no comparison.
         """
         if any(id == c.id for c in self.entries):
             raise MechlabError(f"claim {id} is declared twice")
@@ -219,7 +226,9 @@ class Ledger:
             raise MechlabError(f"claim {id}: the last verdict, and only the last, is given without a comparison")
 
         def declare(compute: Callable[[], Evidence]) -> Callable[[], Evidence]:
-            self.entries.append(Claim(id, where, text, printed, lambda: settle(compute(), printed, rules), self.source))
+            self.entries.append(
+                Claim(id, where, text, printed, lambda: settle(compute(), printed, rules), self.source, formerly)
+            )
             return compute
 
         return declare

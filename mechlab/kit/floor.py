@@ -37,17 +37,19 @@ class Floor:
     def force(self, t: float, plant: Plant) -> Mapping[str, float]:
         """J^T times the contact forces. The plant must know points of frames: those of all engines do."""
         total = np.zeros(len(self.joints))
+        known: tuple[list[int], Array] | None = None
         for frame in self.frames:
             point = plant.point(frame)  # type: ignore[attr-defined]
             if point[2] < self.height:
-                total += self._push(plant, frame, self.height - point[2])
+                if known is None:
+                    at = plant.mechanism.v_slice
+                    known = [at[name].start for name in self.joints], np.array([plant.rate(name) for name in self.joints])
+                jacobian = plant.point_jacobian(frame)[:3, known[0]]  # type: ignore[attr-defined]
+                total += self._push(jacobian, jacobian @ known[1], self.height - point[2])
         return dict(zip(self.joints, total.tolist(), strict=True))
 
-    def _push(self, plant: Plant, frame: str, depth: float) -> Array:
-        """(joints,) forces of the contact of one frame."""
-        columns = [plant.mechanism.v_slice[name].start for name in self.joints]
-        jacobian = plant.point_jacobian(frame)[:3, columns]  # type: ignore[attr-defined]
-        velocity = jacobian @ np.array([plant.rate(name) for name in self.joints])
+    def _push(self, jacobian: Array, velocity: Array, depth: float) -> Array:
+        """(joints,) forces of the contact of one frame: Jacobian (3, joints) and velocity (3,) of its point."""
         push = max(0.0, self.stiffness * depth - self.damping * velocity[2])
         drag = self.grip * float(np.hypot(velocity[0], velocity[1]))
         scale = self.grip * min(1.0, self.friction * push / drag) if drag > 0.0 else 0.0

@@ -47,7 +47,7 @@ class Design(Shown):
         """Name of the mechanism."""
         return self.entry.name
 
-    @property
+    @cached_property
     def warnings(self) -> tuple[str, ...]:
         """Sentences on doubtful parameters."""
         return self.entry.warnings(self.parameters) if self.entry.warnings else ()

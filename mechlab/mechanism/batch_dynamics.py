@@ -7,6 +7,9 @@ dS/dt = V x S (Featherstone 2008, section 2.9).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,6 +26,27 @@ refinement take its effect away again."""
 REFINED = 4
 SOLVED_TO = 1e-9
 """A state whose equations are left with more than this, relative to their size, is solved by least squares."""
+
+
+@dataclass(frozen=True)
+class ManyEquations:
+    """M a = push + force + J^T r, J a = needed at P states: mass (P, nv, nv), push (P, nv) of weight, velocity, springs and dampers,
+    rows (P, m, nv) and needed (P, m) of the constraints."""
+
+    mass: Array
+    push: Array
+    rows: Array
+    needed: Array
+
+    def accelerations(self, force: Array) -> Array:
+        """(P, nv) accelerations under the generalised forces (P, nv)."""
+        push = self.push + force
+        if not self.rows.shape[1]:
+            try:
+                return np.asarray(np.linalg.solve(self.mass, push[..., None])[..., 0])
+            except np.linalg.LinAlgError:
+                pass
+        return constrained_accelerations(self.mass, push, self.rows, self.needed)
 
 
 class BatchDynamics:
@@ -46,26 +70,27 @@ class BatchDynamics:
 
     def accelerations(self, q: Array, v: Array, force: Array) -> Array:
         """(P, nv) accelerations at q (P, nv), v (P, nv) under the generalised forces (P, nv)."""
+        found = [self.equations(q[b], v[b]).accelerations(force[b]) for b in self.blocks(len(q))]
+        return np.concatenate(found) if found else np.zeros_like(q)
+
+    def blocks(self, count: int) -> Iterator[slice]:
+        """Parts of `count` states whose equations fit in memory together."""
         widest = max(6 * len(self.tree.masses), 3 * len(self.rows.a[0]), 1) * max(self.mechanism.nv, 1)
         size = max(1, BLOCK // widest)
-        blocks = [slice(k, k + size) for k in range(0, len(q), size)]
-        return np.concatenate([self._block(q[b], v[b], force[b]) for b in blocks]) if blocks else np.zeros_like(q)
+        return (slice(k, k + size) for k in range(0, count, size))
 
-    def _block(self, q: Array, v: Array, force: Array) -> Array:
+    def equations(self, q: Array, v: Array) -> ManyEquations:
+        """The equations at q (P, nv), v (P, nv); many states are taken in `blocks`."""
         tree, poses = self.tree, self.tree.at(q)
         screws = tree.screws(poses)
         linear, angular = tree.twists(screws, tree.every, v)
         s, w = screws
         turned = (crossed(angular, s) + crossed(linear, w), crossed(angular, w))
         mass, bias = self._masses(poses, screws, turned, v)
-        push = force - bias + self._passive(poses, screws, q, v)
+        push = self._passive(poses, screws, q, v) - bias
         if not self.rows.count:
-            try:
-                return np.asarray(np.linalg.solve(mass, push[..., None])[..., 0])
-            except np.linalg.LinAlgError:
-                pass
-        jacobian = self.rows.evaluate(q)[1]
-        return constrained_accelerations(mass, push, jacobian, -self.rows.bias(poses, screws, turned, v))
+            return ManyEquations(mass, push, np.zeros((len(q), 0, v.shape[1])), np.zeros((len(q), 0)))
+        return ManyEquations(mass, push, self.rows.evaluate(q)[1], -self.rows.bias(poses, screws, turned, v))
 
     def _masses(
         self, poses: Poses, screws: tuple[Array, Array], turned: tuple[Array, Array], v: Array

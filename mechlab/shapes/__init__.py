@@ -12,8 +12,9 @@ from mechlab.mechanism.geometry import IDENTITY, Placement
 from mechlab.mechanism.given import Number, si
 from mechlab.mechanism.parts import Color, Shape
 from mechlab.shapes import bevel, gears, joints, links, simple
-from mechlab.shapes.build import Kind, Parameter, Times, obj_text, write_obj
+from mechlab.shapes.build import Kind, Parameter, Times
 from mechlab.shapes.feature_edges import SplitMesh, split_at_edges, split_faces
+from mechlab.shapes.obj import obj_text, write_obj
 from mechlab.shapes.phases import bevel_phase, external_phase, internal_phase, pitch_angles, rack_phase
 from mechlab.shapes.solid import Mesh, bounds, is_watertight, merge, moved, volume
 from mechlab.shapes.surface import surface_mesh, surface_text

@@ -1,7 +1,6 @@
 """Kinds of solids and how they are made: parameters with units and defaults, and a function that builds a mesh of them.
 
-Solids are made by extruding an outline, turning a profile about z, or sweeping a section along a helix. Meshes are
-written as OBJ with normals, the same bytes every time.
+Solids are made by extruding an outline, turning a profile about z, or sweeping a section along a helix.
 """
 
 from __future__ import annotations
@@ -9,14 +8,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mechlab.errors import MechlabError, unknown
-from mechlab.files import write
-from mechlab.shapes.feature_edges import split_faces
 from mechlab.shapes.polygon import circle
 from mechlab.shapes.solid import Mesh, Shell
 
@@ -201,27 +197,3 @@ def helix(section: ArrayLike, radius: float, low: float, pitch: float, turns: fl
     shell.faces(rings[0][fan])
     shell.faces(rings[-1][fan][:, ::-1])
     return shell.mesh()
-
-
-HEADER = "# mechlab mesh, metres"
-"""First line of an OBJ."""
-
-
-def obj_text(mesh: Mesh) -> str:
-    """Wavefront OBJ with split vertices and their normals, so that viewers keep the sharp edges sharp."""
-    split = split_faces(mesh.faces.astype(np.int64), mesh.corners, mesh.normals)
-    faces = np.repeat(split.faces + 1, 2, axis=1)
-    return "".join((
-        f"{HEADER}\n", _lines("v %.9g %.9g %.9g\n", split.vertices),
-        _lines("vn %.9g %.9g %.9g\n", np.round(split.normals, 6) + 0.0), _lines("f %d//%d %d//%d %d//%d\n", faces),
-    ))  # fmt: skip
-
-
-def _lines(line: str, rows: np.ndarray) -> str:
-    """The rows of an array, each as a line: one call for all of them."""
-    return (line * len(rows)) % tuple(rows.ravel().tolist())
-
-
-def write_obj(mesh: Mesh, path: str | Path) -> None:
-    """Writes the mesh as OBJ [m] with normals, line ends `\\n` on every system."""
-    write(path, obj_text(mesh))

@@ -66,7 +66,7 @@ def split_faces(triangles: Indices, corners: Array, normals: Array, angle: float
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import connected_components
 
-    first, second, smooth, edge_start, edge_end = _edges(triangles, normals, angle)
+    first, second, smooth, edge_start, edge_end = edges_between(triangles, normals, angle)
     # The two ends of a smooth edge, in the corner numbering 3 * face + place; its second face runs the other
     # way round.
     start = _corner_of(triangles, first // 3, edge_start), _corner_of(triangles, second // 3, edge_start)
@@ -91,11 +91,11 @@ def split_faces(triangles: Indices, corners: Array, normals: Array, angle: float
     return SplitMesh(out_vertices, out_normals, faces, representative[lines], _is_closed(triangles, corners))
 
 
-def _edges(
+def edges_between(
     triangles: Indices, normals: Array, angle: float
 ) -> tuple[Indices, Indices, NDArray[np.bool_], Indices, Indices]:
-    """Every undirected edge once: two half-edges (3 * face + place) that bound it, is it smooth, its two
-    points.
+    """Every undirected edge of `triangles` (m, 3) once: the two half-edges (3 * face + place) that bound it, whether the face
+    `normals` (m, 3) there differ by less than `angle` [rad], its two points.
 
     An edge of one face, or of more than two, is never smooth; its second half-edge is then its first again.
     """

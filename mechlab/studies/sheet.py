@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from mechlab.lab.design import Design
 from mechlab.lab.sheet import parameter_rows
 from mechlab.mechanism.structure import structure
 from mechlab.studies.check.check import CheckReport
 from mechlab.studies.check.claims import ClaimReport
+from mechlab.studies.check.figures import HEADERS as READ
+from mechlab.studies.check.figures import Drawn
 from mechlab.studies.outside import HEADERS, outside_numbers
 from mechlab.tables import markdown, number
 
@@ -14,10 +18,11 @@ CHARTED = ("andrews", "bricard", "flyball", "fourbar", "n_fourbar")
 """Mechanisms whose chart is kept in assets/; `mechlab chart NAME -o assets/chart_NAME.svg` makes it."""
 
 
-def model_sheet(design: Design, checks: CheckReport, claims: ClaimReport, picture: str, motion: str) -> str:
-    """The README of models/NAME as markdown: picture, summary, freedoms, parameters, formulas, scenes, checks, claims.
+def model_sheet(design: Design, checks: CheckReport, claims: ClaimReport, figures: Sequence[Drawn], picture: str, motion: str) -> str:
+    """The README of models/NAME as markdown: picture, summary, freedoms, parameters, formulas, scenes, checks, figures of the
+    sources, claims.
 
-    picture, motion: file names of the picture and of the plots of the default scene.
+    figures: computed; each has its picture as STEM.png. picture, motion: file names of the picture and of the plots of the default scene.
     """
     entry = design.entry
     lines = [f"# {entry.title}", "", f"![{entry.title}]({picture})", "", entry.summary, ""]
@@ -64,6 +69,10 @@ def model_sheet(design: Design, checks: CheckReport, claims: ClaimReport, pictur
         limit = number(o.measured.tolerance if o.measured else None, 2)
         outcome.append((o.check.id, o.check.text, witnesses, limit, o.verdict))
     lines += ["## Checks", "", markdown(("check", "what", "witnesses", "tolerance", "verdict"), outcome), ""]
+    if figures:
+        lines += ["## Figures of the sources", ""]
+        for x in figures:
+            lines += _figure_lines(x)
     if claims.items:
         rows = [(c.id, c.where, c.text, number(c.printed, 5), f.sentence) for _, c, f in claims.items]
         lines += [
@@ -73,3 +82,14 @@ def model_sheet(design: Design, checks: CheckReport, claims: ClaimReport, pictur
             "",
         ]
     return "\n".join(lines).rstrip() + "\n"
+
+
+def _figure_lines(drawn: Drawn) -> list[str]:
+    """A figure of a source: its picture and what is read from it."""
+    figure, readings = drawn.figure, drawn.drawing.readings
+    told = f" Claims: {', '.join(figure.claims)}." if figure.claims else ""
+    lines = [f"### {figure.name[:1].upper()}{figure.name[1:]}", "", f"{figure.shows}{told}", "", f"![{figure.name}]({figure.stem}.png)", ""]
+    if readings:
+        rows = [(r.what, number(r.printed, 5), number(r.ours, 5), r.unit) for r in readings]
+        lines += [markdown(READ, rows), ""]
+    return lines

@@ -1,5 +1,5 @@
-"""The gallery: one page that shows every mechanism by family, with a search, and links to its run, its sliders and its sheet. Static files
-only."""
+"""The gallery: one page that shows every mechanism by family, with a search, and moves it under the pointer; links to the page that
+solves it, its run and its sheet. Static files only."""
 
 from __future__ import annotations
 
@@ -7,21 +7,24 @@ import base64
 import hashlib
 import html
 import io
-from collections.abc import Sequence
-from dataclasses import dataclass
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from mechlab.errors import MechlabError
 from mechlab.files import write
 from mechlab.viewer.html_page import asset
 
-THUMBNAIL = (720, 540)
+THUMBNAIL = (560, 420)
 
 
 @dataclass(frozen=True, eq=False)
 class Exhibit:
     """One mechanism: name (of its folder), title, one sentence, picture (PNG bytes), sheet (HTML that is already escaped),
-    whether there is a page to explore, the plots of its run (SVG, or none), and its family ("" for none)."""
+    whether there is a page to explore, the plots of its run (SVG, or none), its family ("" for none), and what moves on its card
+    (`mechlab.viewer.thumbnail`; empty for a picture that stands still)."""
 
     name: str
     title: str
@@ -31,6 +34,7 @@ class Exhibit:
     explorable: bool
     motion: str = ""
     family: str = ""
+    moving: Mapping[str, Any] = field(default_factory=dict)
 
 
 def write_gallery(exhibits: Sequence[Exhibit], folder: Path) -> Path:
@@ -44,11 +48,18 @@ def write_gallery(exhibits: Sequence[Exhibit], folder: Path) -> Path:
         write(folder / exhibit.name / "sheet.html", sheet_page(exhibit))
     write(folder / "gallery.png", contact_sheet([(e.title, e.picture) for e in exhibits]))
     script = asset("gallery.js")
+    digest = base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
     parts = {
         "style": asset("gallery.css"), "count": str(len(exhibits)), "cards": _sections(exhibits), "families": _families(exhibits),
-        "script": script, "hash": base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii"),
+        "motions": _motions(exhibits), "script": script, "hash": digest,
     }  # fmt: skip
     return write(folder / "index.html", _fill("gallery.html", parts))
+
+
+def _motions(exhibits: Sequence[Exhibit]) -> str:
+    """What moves on the cards, as JSON that may stand in a page."""
+    moving = {e.name: e.moving for e in exhibits if e.moving}
+    return json.dumps(moving, separators=(",", ":")).replace("<", "\\u003c")
 
 
 def _by_family(exhibits: Sequence[Exhibit]) -> dict[str, list[Exhibit]]:
@@ -97,15 +108,15 @@ def sheet_page(exhibit: Exhibit) -> str:
 
 
 def data_address(png: bytes) -> str:
-    """A picture as a data: address of a smaller JPEG, so that the page stays one file."""
+    """A picture as a data: address of a smaller WebP, so that the page stays one file."""
     from PIL import Image
 
     with Image.open(io.BytesIO(png)) as image:
         small = image.convert("RGB")
         small.thumbnail(THUMBNAIL)
         buffer = io.BytesIO()
-        small.save(buffer, format="jpeg", quality=88, optimize=True)
-    return "data:image/jpeg;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
+        small.save(buffer, format="webp", quality=72, method=4)
+    return "data:image/webp;base64," + base64.b64encode(buffer.getvalue()).decode("ascii")
 
 
 def contact_sheet(pictures: Sequence[tuple[str, bytes]], columns: int = 5, width: int = 1500) -> bytes:
@@ -150,8 +161,10 @@ def _drawing(exhibit: Exhibit) -> str:
 def _card(exhibit: Exhibit) -> str:
     title, folder = html.escape(exhibit.title), html.escape(exhibit.name, quote=True)
     words = html.escape(f"{exhibit.name} {exhibit.title} {exhibit.family} {exhibit.sentence}".lower(), quote=True)
+    page = "explore" if exhibit.explorable else "run"
     return (
-        f'<article data-words="{words}"><a class="picture" href="{folder}/run.html" tabindex="-1" aria-hidden="true">'
+        f'<article data-name="{folder}" data-words="{words}">'
+        f'<a class="picture" href="{folder}/{page}.html" tabindex="-1" aria-hidden="true">'
         f'<img src="{data_address(exhibit.picture)}" alt="" loading="lazy"></a>'
         f"<h3>{title}</h3><p>{html.escape(exhibit.sentence)}</p>"
         f'<p class="links">{_links(exhibit, folder + "/")}</p></article>'
@@ -160,8 +173,8 @@ def _card(exhibit: Exhibit) -> str:
 
 def _links(exhibit: Exhibit, folder: str, sheet: bool = True) -> str:
     title = html.escape(exhibit.title, quote=True)
-    items = [("run.html", "Watch it run")]
-    items += [("explore.html", "Move it")] if exhibit.explorable else []
+    items = [("explore.html", "Move it")] if exhibit.explorable else []
+    items += [("run.html", "Watch it run")]
     items += [("sheet.html", "Sheet")] if sheet else [("../index.html", "All mechanisms")]
     return "".join(f'<a href="{folder}{page}" aria-label="{words}: {title}">{words}</a>' for page, words in items)
 

@@ -4,7 +4,9 @@
 For each problem and target: the true error of `ml.simulate(..., max_error=E)` beside the target, against the entry's own equations
 (1e-12 or better) or Pinocchio at 1e-12; all CPU seconds from the call to the returned recording, and those of choosing and solving
 alone, each beside the cheapest method of the chart that meets the target when it is run alone, at the best step or tolerance of a
-ladder: its whole call with the building of its model, and its stepping. Each is the smallest of some runs, without imports.
+ladder, at this and at every smaller step, with an error that goes on falling: its whole call with the building of its model, and its
+stepping. (One that meets the target at a single step, or whose error stays as it is, is right by chance: without the truth nobody could
+choose it.) Each is the smallest of some runs, without imports.
 """
 
 from __future__ import annotations
@@ -36,10 +38,12 @@ DRIVEN: tuple[tuple[str, str, float | None, str | None, float], ...] = (
 )  # fmt: skip
 REPEATS = 2
 OUTPUTS = 100
-PATIENCE = 2.0
-"""A method is refined no further once a run costs this many times the cheapest that meets the target."""
 DEAREST = 0.5
-"""Nor once a run takes so many CPU seconds."""
+"""A method is refined no further once a run takes so many CPU seconds."""
+FURTHER = 8.0
+"""A row that meets the target is followed to runs that cost this many times as much."""
+CONVERGED = 0.1
+"""Share of the target that the error of a method falls to at the end of its row."""
 RESOLVED = 1e-10
 """True errors [m or rad] below this one are those of the references."""
 
@@ -76,21 +80,37 @@ def runs_of(m: Method, problem: Problem, truth: Reference) -> Iterator[tuple[flo
 
 
 def cheapest(problem: Problem, truth: Reference, targets: tuple[float, ...]) -> dict[float, Alone]:
-    """Target -> the cheapest method of the chart that meets it."""
+    """Target -> the cheapest method of the chart that can be known to meet it: see `known_to_meet`."""
     found: dict[float, Alone] = {}
     for m in METHODS:
         if m.available(problem):
             continue
-        left = set(targets)
+        row: list[tuple[float, Alone]] = []
         for value, error, stepping, whole in runs_of(m, problem, truth):
-            for target in sorted(left, reverse=True):
-                if error <= target:
-                    left.discard(target)
-                    if target not in found or stepping < found[target].stepping:
-                        found[target] = Alone(f"{m.name} {value:.3g}", stepping, whole)
-            if not left or math.isfinite(stepping) and all(t in found and stepping > PATIENCE * found[t].stepping for t in left):
+            row.append((error, Alone(f"{m.name} {value:.3g}", stepping, whole)))
+            if not math.isfinite(stepping):
+                continue
+            met = [known_to_meet(row, t, so_far=True) for t in targets]
+            # a step that is dearer than the best of another method ends the row, unless one before it may be best
+            useless = (t in found and (one or row[-1][1]).stepping >= found[t].stepping for t, one in zip(targets, met, strict=True))
+            seen = (one is not None and stepping >= FURTHER * one.stepping for one in met)
+            if all(a or b for a, b in zip(useless, seen, strict=True)):
                 break
+        for t in targets:
+            one = known_to_meet(row, t)
+            if one is not None and (t not in found or one.stepping < found[t].stepping):
+                found[t] = one
     return found
+
+
+def known_to_meet(row: list[tuple[float, Alone]], target: float, so_far: bool = False) -> Alone | None:
+    """The first run of a method, from coarse to fine, from which on all errors meet the target; None without one. The last error must
+    be below CONVERGED of the target too, as far as references resolve it: a method whose error does not fall with its step is near the
+    truth by chance, which nobody sees who does not know the truth. so_far: the row is not complete."""
+    met = None
+    for error, alone in row:
+        met = None if not error <= target else met or alone
+    return met if so_far or met is None or row[-1][0] <= max(CONVERGED * target, RESOLVED) else None
 
 
 def measured(name: str, problem: Problem, truth: Reference, target: float, alone: Alone | None, **asked: Any) -> Iterator[Row]:
@@ -109,7 +129,9 @@ def measured(name: str, problem: Problem, truth: Reference, target: float, alone
     label = f"{name} {target:.0e}"
     yield Row(f"{label}: true error", error, "m or rad", "target", target, "ratio <= 1")
     yield Row(f"{label}: stated error", stated, "m or rad", "true error", error, "ratio >= 1" if error > RESOLVED else "")
-    beside, whole, stepping = (alone.name, alone.whole, alone.stepping) if alone else ("no method of the chart", math.nan, math.nan)
+    beside, whole, stepping = f"{alone.name}, converging" if alone else "no method of the chart", math.nan, math.nan
+    if alone:
+        whole, stepping = alone.whole, alone.stepping
     yield Row(f"{label}: whole run", spent, "s", f"{beside}, whole call", whole, "ratio <= 3")
     yield Row(f"{label}: choosing and solving", run.cost.cpu_s, "s", f"{beside}, stepping", stepping, "ratio <= 3")
     yield Row(f"{label}: exit code", float(run.exit_code), "", asked="value <= 0")

@@ -35,10 +35,10 @@ VERDICTS: dict[str, tuple[Verdict, str]] = {
     "C05": (ONLY_IF, "3 rotations"),
     "C06": (HOLDS, "for O"),
     "C07": (FAILS, "50 mm off O"),
-    "C08": (FAILS, "forces of the sliders change"),
+    "C08": (HOLDS, "not claimed, nor true: the forces of the sliders change by 2.2 %"),
     "C09": (ONLY_IF, "in phase"),
-    "C10": (FAILS, "beta = \\+-90 deg"),
-    "C11": (FAILS, "type I"),
+    "C10": (ONLY_IF, "the introduction.*beta = \\+-90 deg"),
+    "C11": (ONLY_IF, "the introduction.*type I"),
     "C12": (HOLDS, "no proof"),
     "C13": (HOLDS, ""),
     "C14": (HOLDS, "below the platform"),
@@ -47,7 +47,7 @@ VERDICTS: dict[str, tuple[Verdict, str]] = {
     "C17": (ONLY_IF, "beta is not"),
     "C18": (ONLY_IF, "k_vz.*= 1"),
     "C19": (ONLY_IF, "about -Z"),
-    "C20": (FAILS, "beta stays"),
+    "C20": (ONLY_IF, "turned away from home"),
     "C21": (HOLDS, ""),
     "C22": (HOLDS, ""),
     "C23": (HOLDS, ""),
@@ -63,17 +63,17 @@ VERDICTS: dict[str, tuple[Verdict, str]] = {
     "C33": (HOLDS, ""),
     "C34": (HOLDS, ""),
     "C35": (CANNOT, "both orders"),
-    "C36": (FAILS, "critical damping"),
+    "C36": (ONLY_IF, "go to zero.*three angles 4.7 times"),
     "C37": (ONLY_IF, "model is exact"),
     "C38": (ONLY_IF, "20 teeth.*0.1300, -0.0480"),
     "C39": (CANNOT, "module 30 mm"),
     "C40": (HOLDS, ""),
     "C41": (MISPRINT, "9.09 deg from the normal"),
-    "C42": (HOLDS, "11/17, 1, 31/30 and 6/5"),
-    "C43": (FAILS, "no simple product"),
+    "C42": (ONLY_IF, "11/17, 1, 31/30 and 6/5.*are ours"),
+    "C43": (CANNOT, "no simple product"),
     "C44": (ONLY_IF, "cumulative"),
     "C45": (HOLDS, ""),
-    "C46": (FAILS, "no friction loss.*1.0013"),
+    "C46": (ONLY_IF, "no friction.*1.0013.*1.4 %"),
     "C47": (ONLY_IF, "19:19 approach"),
     "C48": (CANNOT, "tooth numbers are not given"),
     "C49": (ONLY_IF, "stands .nearly. still"),
@@ -82,6 +82,7 @@ VERDICTS: dict[str, tuple[Verdict, str]] = {
     "C52": (ONLY_IF, "sgn 0 is taken as .1"),
     "C53": (ONLY_IF, "border f = 0"),
     "C54": (ONLY_IF, "corners are left out"),
+    "C55": (ONLY_IF, "f is not 0.*three values"),
 }
 
 
@@ -116,14 +117,32 @@ def test_verdict(id_: str) -> None:
 def test_the_ledger_can_be_read() -> None:
     report = ClaimReport(tuple(("delta6", c, findings()[c.id]) for c in CLAIMS))
     text = report.text()
-    assert all(f"delta6 {c.id} ({c.where})" in text for c in CLAIMS)
+    assert all(f"delta6 {c.id} ({c.source.label}, {c.where})" in text for c in CLAIMS)
     assert sum(report.counts.values()) == len(CLAIMS)
 
 
 def test_numbers_of_the_specification() -> None:
     f = findings()
-    gains = [numbers(f["C10"], f"largest drive rates at {b} deg")[0] for b in ("0", "60", "80", "89", "89.99")]
-    np.testing.assert_allclose(gains, [2.4, 6.3, 18.6, 186, 1.86e4], rtol=0.02)
+    # By hand: |phi_1'| for |omega| = 1 is the norm of ((kx + kN s) / c, -kx, kN), s, c of beta, kx = 0.783, kN = 1.4.
+    for tilt in (0.0, 60.0, 80.0, 89.0, 89.99):
+        s, c = np.sin(np.radians(tilt)), np.cos(np.radians(tilt))
+        by_hand = np.linalg.norm([(0.783 + 1.4 * s) / c, 0.783, 1.4])
+        assert numbers(f["C10"], f"rate of a drive at {tilt:g} deg")[0] == pytest.approx(by_hand, rel=1e-9)
+    # The largest error of a double cardan 90 deg out of phase, asin((1 - k) / (1 + k)), k = cos^2(bend).
+    k = np.cos(SOURCE.home_bend) ** 2
+    out = numbers(f["C09"], "90 deg out of phase")
+    np.testing.assert_allclose(out, np.degrees(np.arcsin((1 - k) / (1 + k))), atol=1e-7)
+    np.testing.assert_allclose(out, 13.5573, atol=5e-5)
+    # Of e'' + kv e' + kp e = 0: integral of e'^2 = (v0^2 + kp e0^2) / (2 kv), and that of e^2 by the equation times e.
+    e, v, kv, kp = np.array([0.05, 0.0, 0.3]), np.array([-0.4, 0.8, -0.6]), 240.0, 480.0
+    whole = ((e * v + (v**2 + kp * e**2) / (2 * kv) + kv * e**2 / 2) / kp).sum()
+    # The trapezoidal rule with 0.5 ms, and 10 s instead of for ever: below 1e-4 together.
+    assert numbers(f["C36"], "e.2, velocity 240")[0] == pytest.approx(whole, rel=1e-4)
+    assert numbers(f["C08"], "change of the inertia") == pytest.approx([0.0, 0.0], abs=1e-12)
+    turned = np.array(numbers(f["C20"], "turned")[0][1])
+    # omega = alpha' e1 + gamma' e3 with e1 = Rz(0.7) Ry(-0.5) ex, alpha' = -kN / kx, gamma' = 1.
+    e1 = [np.cos(0.5) * np.cos(0.7), np.cos(0.5) * np.sin(0.7), np.sin(0.5)]
+    np.testing.assert_allclose(turned, -1.4 / 0.783 * np.array(e1) + [0, 0, 1], atol=1e-9)
     assert numbers(f["C11"], "edge of the reach")[0] == pytest.approx(0.1420, abs=5e-5)
     assert numbers(f["C12"], "smallest .det")[0] == pytest.approx(0.777, abs=5e-4)
     assert [numbers(f["C24"], f"nodes .*up to {b} deg")[0] for b in (90, 60, 45, 40, 35)] == [811, 362, 55, 4, 0]
@@ -167,7 +186,7 @@ ROUGHER = np.array([50.0, 33.97, 37.05, 41.19, 51.0])
 
 OTHERWISE: list[tuple[str, str, str, Any, Verdict]] = [
     ("C07", "claims_mobility", "SOURCE", BALANCED, HOLDS),
-    ("C08", "claims_mobility", "SOURCE", BALANCED, HOLDS),
+    ("C10", "claims_mobility", "SOURCE", replace(SOURCE, k_transfer=SOURCE.k_transfer / 10**6), FAILS),
     ("C25", "velocity_example", "PRINTED_A", part("velocity_example").PRINTED_A * 1.01, CANNOT),
     ("C26", "velocity_example", "PRINTED_B", -part("velocity_example").PRINTED_B, MISPRINT),
     ("C27", "velocity_example", "PRINTED_A", DIGITS, HOLDS),
@@ -183,8 +202,9 @@ OTHERWISE: list[tuple[str, str, str, Any, Verdict]] = [
     ("C39", "claims_mesh", "PRINTED_RADIUS", 0.03, HOLDS),
     ("C40", "claims_mesh", "PRINTED_SLIDING", (0.1296, 0.0472), FAILS),
     ("C41", "claims_mesh", "FRICTION", 1.0, HOLDS),
+    ("C36", "claims_head", "GAINS", {"no damping": (0.0, 480.0)}, FAILS),
     ("C42", "claims_mesh", "FREE", np.array([50.0, 32.45, 32.35, 33.43, 40.12]), CANNOT),
-    ("C43", "claims_mesh", "FREE", np.array([50.0, 32.35, 32.35, 33.43, 50.0 * 0.783]), HOLDS),
+    ("C43", "claims_mesh", "FREE", np.array([50.0, 32.35, 32.35, 33.43, 50.0 * 0.783]), ONLY_IF),
     ("C44", "claims_mesh", "ROUGH", np.array([50.0, 33.97, 37.05, 41.19, 60.0]), MISPRINT),
     ("C45", "claims_mesh", "ROUGH", ROUGHER, MISPRINT),
     ("C46", "claims_mesh", "ROUGH", ROUGHER, HOLDS),

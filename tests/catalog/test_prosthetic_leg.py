@@ -103,8 +103,8 @@ def test_fidelities():
 @pytest.mark.slow
 def test_claims_have_their_verdicts():
     verdicts = {c.id: c.test().verdict for c in ENTRY.claims}
-    assert verdicts == {"G1": Verdict.HOLDS, "G2": Verdict.HOLDS_ONLY_IF, "G3": Verdict.HOLDS, "G4": Verdict.HOLDS_ONLY_IF,
-                        "G5": Verdict.HOLDS, "G6": Verdict.HOLDS_ONLY_IF}  # fmt: skip
+    assert verdicts == {"T1": Verdict.HOLDS, "T2": Verdict.HOLDS_ONLY_IF, "T3": Verdict.HOLDS, "T4": Verdict.HOLDS_ONLY_IF,
+                        "T5": Verdict.HOLDS, "T6": Verdict.HOLDS_ONLY_IF}  # fmt: skip
 
 
 @pytest.mark.slow

@@ -114,6 +114,13 @@ def test_families_and_words_of_the_list() -> None:
     assert steering and [r[0] for r in ml.list_entries(family="steering").rows] == steering
     assert [r[0] for r in ml.list_entries(search="Straight wheel").rows] == ["cardan_circles"]
     assert ml.list_entries(search="no such words").rows == ()
+    assert [r[0] for r in ml.list_entries(freedoms=6).rows] == ["hexa", "stewart"]
+    assert "cardan" in [r[0] for r in ml.list_entries(motion="spherical", freedoms=1).rows]
+    with pytest.raises(MechlabError, match="no mechanism here has 5 freedoms; there are some with 1, 2, 3, 4, 6"):
+        ml.list_entries(freedoms=5)
+    with pytest.raises(MechlabError, match="motion 'planr' does not exist. Did you mean 'planar'"):
+        ml.list_entries(motion="planr")  # type: ignore[arg-type]
+    assert "no mechanism of this kind" in ml.list_entries(search="no such words").text()
     with pytest.raises(MechlabError, match="family 'steer' does not exist. Did you mean 'steering'"):
         ml.list_entries(family="steer")
 

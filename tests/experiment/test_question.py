@@ -7,7 +7,7 @@ import pytest
 from mechlab.catalog import NAMES, entry
 from mechlab.experiment.parameters import describe
 from mechlab.experiment.question import Answer, Answers, with_rates
-from mechlab.studies.toolpath import QUESTION as TOOLPATH
+from mechlab.studies.direct.toolpath import QUESTION as TOOLPATH
 from mechlab.units import UNITS, compact
 
 SI = {"", *(compact(u.si) for u in UNITS.values())}

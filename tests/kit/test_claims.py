@@ -9,6 +9,7 @@ import pytest
 
 from mechlab.errors import MechlabError
 from mechlab.experiment.entry import Verdict
+from mechlab.experiment.publication import Publication
 from mechlab.kit.claims import (
     Comparison,
     Evidence,
@@ -27,11 +28,14 @@ from mechlab.kit.claims import (
     only_if,
     shows,
     true,
+    unreadable,
 )
+
+SOURCE = Publication("Euclid", "Elements")
 
 
 def verdict(comparison: Comparison, printed: Any, computed: dict[str, Any], **facts: Any) -> Verdict:
-    ledger = Ledger("a source")
+    ledger = Ledger(SOURCE)
 
     @ledger.claim("A1", "page 1", "text", printed, holds(when=comparison), fails("another number"))
     def compute() -> Evidence:
@@ -86,7 +90,7 @@ def test_a_reference_may_be_a_value_or_a_number() -> None:
 
 def test_first_verdict_that_applies_and_its_sentence() -> None:
     def told(x: float) -> str:
-        ledger = Ledger("a source")
+        ledger = Ledger(SOURCE)
         ledger.claim(
             "A1", "page 1", "text", 1.0, holds(when=near("x", 0.1)), only_if("x is {double:.1f} / 2", when=near("x", 1.0)),
             misprint("{double:g}", when=below(10.0, "x")), cannot("x is too large"),
@@ -102,14 +106,31 @@ def test_first_verdict_that_applies_and_its_sentence() -> None:
 
 
 def test_a_claim_without_a_last_word_and_one_declared_twice_are_refused() -> None:
-    ledger = Ledger("a source")
+    ledger = Ledger(SOURCE)
     with pytest.raises(MechlabError, match="A1: the last verdict"):
-        ledger.claim("A1", "", "", 1, holds(when=true("x")))
+        ledger.claim("A1", "page 1", "text", 1, holds(when=true("x")))
     with pytest.raises(MechlabError, match="only the last"):
-        ledger.claim("A1", "", "", 1, holds(), fails())
-    ledger.claim("A1", "", "", 1, holds())(lambda: evidence({}))
+        ledger.claim("A1", "page 1", "text", 1, holds(), fails())
+    ledger.claim("A1", "page 1", "text", 1, holds())(lambda: evidence({}))
     with pytest.raises(MechlabError, match="declared twice"):
-        ledger.claim("A1", "", "", 1, holds())
+        ledger.claim("A1", "page 1", "text", 1, holds())
+
+
+def test_a_claim_without_a_source_or_a_place_in_it_is_refused() -> None:
+    with pytest.raises(MechlabError, match="B1: it has no source"):
+        Ledger("Euclid").claim("B1", "page 1", "text", 1, holds())(lambda: evidence({}))  # type: ignore[arg-type]
+    with pytest.raises(MechlabError, match="B1: where does Euclid print it"):
+        Ledger(SOURCE).claim("B1", " ", "text", 1, holds())(lambda: evidence({}))
+    with pytest.raises(MechlabError, match="a label and a title"):
+        Publication("Euclid", "")
+
+
+def test_what_the_scan_hides_is_neither_a_misprint_nor_wrong() -> None:
+    ledger = Ledger(SOURCE)
+    ledger.claim("A1", "page 1", "text", 108.0, holds(when=equals("x")), unreadable("{x:g}, the comma is lost"))(
+        lambda: evidence({"x": 1.08}, x=1.08)
+    )
+    assert ledger.claims[0].test().sentence == "unreadable in the scan: 1.08, the comma is lost"
 
 
 def test_a_name_that_nothing_has_is_an_error() -> None:

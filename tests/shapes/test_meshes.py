@@ -119,6 +119,41 @@ def test_files_are_the_same_bytes_and_their_readers_agree(tmp_path: Path) -> Non
     assert loaded.is_watertight
 
 
+@pytest.mark.parametrize("factor", [1.0, 1e-5, 3e4])
+def test_an_obj_holds_the_mesh_to_its_grid(tmp_path: Path, factor: float) -> None:
+    """Places to half a unit of the grid, all triangles, volume and area; quadrangles are flat, so either diagonal will do."""
+    trimesh = pytest.importorskip("trimesh")
+    size = {"teeth": 30, "module": 0.002 * factor, "width": 0.01 * factor}
+    ring = shapes.mesh("internal_gear", size)
+    text = shapes.obj_text(ring)
+    lines = [line.split() for line in text.splitlines()]
+    places = np.array([[float(x) for x in words] for kind, *words in lines if kind == "v"])
+    faces = [[int(corner.split("//")[0]) - 1 for corner in words] for kind, *words in lines if kind == "f"]
+    assert np.abs(places - ring.vertices).max() <= 0.51 * 2e-5 * np.ptp(ring.vertices, axis=0).max()
+    assert sum(len(f) - 2 for f in faces) == len(ring.faces)
+    fours = [f for f in faces if len(f) == 4]
+    assert len(fours) > 0.35 * len(ring.faces)  # bands and teeth are all quadrangles
+    for a, b, c, d in ring.vertices[np.array(fours)]:
+        over, across = np.cross(b - a, c - a), np.cross(c - a, d - a)
+        assert min(np.linalg.norm(over), np.linalg.norm(across)) > 0.0
+        assert over @ across == pytest.approx(np.linalg.norm(over) * np.linalg.norm(across), rel=1e-7)
+    shapes.write_obj(ring, tmp_path / "ring.obj")
+    loaded = trimesh.load(tmp_path / "ring.obj", force="mesh")
+    assert loaded.volume == pytest.approx(shapes.volume(ring), rel=1e-4)
+    sides = np.diff(ring.corners, axis=1)
+    area = 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum()
+    assert loaded.area == pytest.approx(area, rel=1e-4)
+
+
+def test_a_thin_rod_keeps_its_section() -> None:
+    """1 m long, 1 mm thick: the grid follows the smallest extent too."""
+    rod = shapes.mesh("cylinder", {"radius": 0.0005, "length": 1.0})
+    lines = shapes.obj_text(rod).splitlines()
+    places = np.array([[float(x) for x in line.split()[1:]] for line in lines if line[:2] == "v "])
+    radii = np.linalg.norm(places[:, :2], axis=1)
+    assert np.abs(radii[radii > 1e-6] - 0.0005).max() < 1e-6
+
+
 def test_mujoco_reads_the_files(tmp_path: Path) -> None:
     mujoco = pytest.importorskip("mujoco")
     for kind, size in (("fork", {"span": 0.08, "pin": 0.008}), ("rod", {"length": 0.1, "radius": 0.005})):

@@ -35,7 +35,7 @@ def test_the_gallery_links_what_exists_and_loads_nothing(tmp_path: Path) -> None
     index = write_gallery(exhibits, tmp_path)
     text = index.read_text(encoding="utf-8")
     links = re.findall(r'href="([^"]+)"', text)
-    assert links[:4] == ["a/run.html", "a/run.html", "a/explore.html", "a/sheet.html"]
+    assert links[:4] == ["a/explore.html", "a/explore.html", "a/run.html", "a/sheet.html"]
     assert links[4:] == ["b/run.html", "b/run.html", "b/sheet.html"]
     assert "A &lt;b&gt;" in text and "One &amp; only." in text and "<b>" not in text
     assert "default-src 'none'" in text

@@ -11,12 +11,14 @@ from mechlab.analytic.bspline.length import (
     simpson_spans,
     smooth_pieces,
 )
+from mechlab.analytic.bspline.speed_law import SpeedLaw
 from mechlab.analytic.bspline.travel import Braking, SpeedRamp, Travel, braking, braking_distance
 
 __all__ = [
     "BSpline",
     "Braking",
     "LengthReport",
+    "SpeedLaw",
     "SpeedRamp",
     "Travel",
     "arc_length",

@@ -134,6 +134,7 @@ class Travel:
         low, high = pieces[k, 1].copy(), pieces[k, 2].copy()
         rise = sums[k + 1] - sums[k]
         u = low + (high - low) * np.divide(flat - sums[k], rise, out=np.zeros(len(flat)), where=rise > 0)
+        u = np.where(flat >= sums[k + 1], high, u)  # an end of a piece is met to the last bit
         for _ in range(ITERATIONS):
             part = pieces[k].copy()
             part[:, 2] = u

@@ -4,6 +4,7 @@ Links: 1 crank O-A; 2 ternary A-C-D; 3 C-B; 4 D-E; 5 ternary F-B-E. The inner co
 chain is Stephenson's, driven in its five-bar side. x to the right, y upwards; angles counter-clockwise from x.
 """
 
+from mechlab.catalog.bibliography import ZINCHENKO
 from mechlab.catalog.class4_linkage.build import QUESTION, SCENES, build, reference
 from mechlab.catalog.class4_linkage.checks import CHECKS
 from mechlab.catalog.class4_linkage.claims import CLAIMS
@@ -33,5 +34,5 @@ ENTRY = Entry(
     reference=reference,
     chain="R + class IV (4R ternary, 2R binary, 4R ternary, 2R binary)",
     formulas="|w + p_i t + q_i u| = l_i, i = 0, 1, in the unit numbers t, u of links 2 and 5; the resultant has degree 6.",
-    sources=("Zinchenko 2009", "Artobolevsky 1965"),
+    sources=(ZINCHENKO.citation, "Artobolevsky 1965"),
 )

@@ -129,7 +129,7 @@ def reference(p: Class4Parameters, scene: Scene) -> Recording:
 
 
 SCENES = {
-    "driven-crank": SceneRecipe(driven, "minimal", "the crank turns steadily from -180 deg, as in the table of the source"),
+    "driven-crank": SceneRecipe(driven, "minimal", "the crank turns steadily from -180 deg, at the crank speed of the source"),
     "free-run": SceneRecipe(free, "minimal", "the crank is let go at one turn per second"),
     "into-the-fold": SceneRecipe(
         fold, "minimal", "BC = 0.27 m: a stiff servo drives the crank into the limit position; the run must stop",

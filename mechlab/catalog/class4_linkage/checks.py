@@ -1,6 +1,7 @@
 """Checks of the class IV linkage against its table, scans, engines and exact laws. Ids C... follow the lab's list.
 
-The table: some of the 72 positions of Zinchenko 2009, with exact instead of rounded angles; crank rate 1, mode K = +1.
+The table: some of the 72 positions at which Zinchenko 2009 computes (it prints no results), by our closed form with exact instead of
+rounded angles; crank rate 1, mode K = +1.
 """
 
 from __future__ import annotations
@@ -177,7 +178,7 @@ def _states(p: Class4Parameters) -> Iterator[State]:
 
 
 CHECKS = (
-    Check("C1", "rows of the 72-position table", _table, "lab table of the source's mechanism"),
+    Check("C1", "rows of the 72-position table", _table, "lab table for the source's mechanism"),
     Check("C1b", "closure at 72 positions and after a turn", _closure, "zero by definition"),
     Check("C2", "two modes all the way round, K1 = K2 = +1; the other reading leaves 61 positions empty", _modes, "lab table"),
     Check("C3", "limit position for BC = 0.27 m, nothing inside the arc", _fold, "lab table"),

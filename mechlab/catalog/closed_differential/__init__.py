@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from mechlab.catalog.closed_differential.build import SOURCE, Parameters, build
+from mechlab.catalog.bibliography import GEAR_CVT
+from mechlab.catalog.closed_differential.build import Parameters, build
 from mechlab.catalog.closed_differential.checks import CHECKS, warnings
 from mechlab.catalog.closed_differential.claims import CLAIMS
-from mechlab.catalog.closed_differential.law import draw
+from mechlab.catalog.closed_differential.law import FIGURES
 from mechlab.catalog.closed_differential.questions import CHANNELS, QUESTIONS, expand, reference
 from mechlab.catalog.closed_differential.scenes import SCENES
 from mechlab.experiment.entry import Entry, PlotRecipe
@@ -44,8 +45,8 @@ ENTRY = Entry(
     expand=expand,
     channels=CHANNELS,
     warnings=warnings,
-    figure=draw,
+    figures=FIGURES,
     chain="2K-H epicyclic twice, suns and rings joined: two freedoms",
     formulas=FORMULAS,
-    sources=(SOURCE,),
+    sources=(GEAR_CVT.citation,),
 )

@@ -8,6 +8,7 @@ from fractions import Fraction
 from functools import lru_cache
 
 from mechlab.analytic import differential as closed
+from mechlab.catalog.bibliography import GEAR_CVT
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.parameters import parameter
 from mechlab.kit.epicyclic_build import flat, on_circle
@@ -17,7 +18,7 @@ from mechlab.mechanism.geometry import Vector, axis_rotation
 from mechlab.mechanism.parts import Color, Shape
 from mechlab.shapes import external_phase, internal_phase
 
-SOURCE = "paper on a gear CVT as a closed differential, Problems of Mechanical Engineering 15 (2012) 5-6"
+SOURCE = f"{GEAR_CVT.label}, example"
 LAB = "chosen for the lab"
 STATED_TEETH = (30, 30, 90, 40, 60, 160)
 USED_TEETH = (80, 20, 120, 20, 80, 180)
@@ -76,7 +77,7 @@ class Parameters:
     assembled with three planets."""
 
     teeth: tuple[int, ...] = parameter((72, 18, 108, 18, 72, 162), "", "sun 1, planet 2, ring 3, sun 4, planet 5, ring 6",
-                                       source=SOURCE, low=6)  # fmt: skip
+                                       source="ours: the ratios that the source computes with", low=6)  # fmt: skip
     module: float = parameter(0.2 / 45, "m", "module of all gears", source=LAB, low=0, strict=True)
     planets: int = parameter(3, "", "planets on each carrier", source=LAB, low=1, high=12)
     J_H1: float = parameter(0.02, "kg m2", "input carrier without planets", source=LAB, low=0, strict=True)
@@ -90,7 +91,7 @@ class Parameters:
     M_H1: float = parameter(100.0, "N m", "moment that drives H1", source=SOURCE)
     M_H2: float = parameter(200.0, "N m", "moment that resists H2", source=SOURCE)
     w_H1_0: float = parameter(100.0, "rad/s", "speed of H1 at the start; of the held input", source=SOURCE)
-    w_H2_0: float = parameter(50.0, "rad/s", "speed of H2 at the start", source=SOURCE)
+    w_H2_0: float = parameter(50.0, "rad/s", "speed of H2 at the start", source="ours: the speed that (10) gives in the example")
     drag_14: float = parameter(0.0, "N m s", "viscous drag of block 14 against the housing", source=LAB, low=0)
     drag_36: float = parameter(0.0, "N m s", "viscous drag of block 36 against the housing", source=LAB, low=0)
     drag_internal: float = parameter(0.0, "N m s", "viscous drag between the blocks", source=LAB, low=0)

@@ -10,19 +10,35 @@ from typing import Any
 import numpy as np
 
 from mechlab.analytic import differential as closed
+from mechlab.catalog.bibliography import GEAR_CVT
 from mechlab.catalog.closed_differential import law
-from mechlab.catalog.closed_differential.build import SOURCE, STATED_TEETH, USED_TEETH, Parameters, build
+from mechlab.catalog.closed_differential.build import STATED_TEETH, USED_TEETH, Parameters, build
 from mechlab.catalog.closed_differential.checks import EXAMPLE, LAB, SOLVERS, answers, rounded
 from mechlab.catalog.closed_differential.questions import Machine, machine, mesh_sums
 from mechlab.engines.protocol import WITNESSES as ENGINES
 from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
-from mechlab.kit.claims import Evidence, Ledger, below, evidence, factor, fails, holds, misprint, near, only_if, true
+from mechlab.kit.claims import (
+    Evidence,
+    Ledger,
+    below,
+    evidence,
+    factor,
+    fails,
+    holds,
+    misprint,
+    near,
+    only_if,
+    true,
+    unreadable,
+)
 
-LEDGER = Ledger(SOURCE)
+LEDGER = Ledger(GEAR_CVT)
 PRINTED_SPEEDS = (50.0, 33.33, 200.0)
 PRINTED_MOMENTS = (40.0, 60.0, 20.0, 180.0)
 MILLI = 1e-3
+NOTICED = 1e-3
+"""An acceleration [rad/s2] beyond all rounding."""
 SMALL = 1e-9
 """Limit of relative differences that only rounding makes."""
 
@@ -69,7 +85,7 @@ def example_moments() -> Evidence:
 @LEDGER.claim(
     "E3", "example, data", "Radii of the carriers for module 4 mm and the stated teeth.", "240, 400 mm",
     holds(when=true("as_printed")),
-    misprint("{first:g} and {second:g} mm: diameters were taken for radii; harmless, only ratios enter", when=below(1e-9, "spread")),
+    misprint("{first:g} and {second:g} mm; the printed ones are the diameters. Harmless, only ratios enter", when=below(1e-9, "spread")),
     fails("the witnesses disagree"),
 )  # fmt: skip
 def carrier_radii() -> Evidence:
@@ -88,9 +104,10 @@ def carrier_radii() -> Evidence:
 
 
 @LEDGER.claim(
-    "E4", "example, formula for w3", "The bracket is (1+15).", "1+15",
+    "E4", "example, from (18)", "The bracket of w3 = [50(1+9) - 100(1+15)]/(-15+9), as the scan shows it.", "1+15",
     holds(when=near("*: w3", 1e-9, of="analytic: w3 with 1 + 15")),
-    misprint("1 + 1.5, as u13 = -1.5; the printed result 33.33 used it", when=near("*: w3", 1e-9, of="analytic: w3 with 1 + 1.5")),
+    unreadable("1 + 1.5, as u13 = -1.5: the commas are lost here and in -15 + 9; the printed result 33.33 has them",
+               when=near("*: w3", 1e-9, of="analytic: w3 with 1 + 1.5")),
     fails("neither reading gives the printed result"),
 )  # fmt: skip
 def bracket() -> Evidence:
@@ -195,21 +212,28 @@ def power_identity() -> Evidence:
 
 
 @LEDGER.claim(
-    "K4", "equations (1) to (4)", "With M_H2 = M_H1 the train as a whole is in equilibrium.", "M_H2 = M_H1",
-    holds("as the balance of the whole: without a torque from the housing every steady motion needs M_H2 = M_H1, which "
-          "is what (10) then contradicts. Each block still has a moment of its own and accelerates",
+    "K4", "equations (1) to (4)",
+    "With M_H2 = M_H1 there is equilibrium: the moments on the blocks cancel and the train turns as one.", "M_H2 = M_H1",
+    holds(when=near("*: dL/dt [N m]", 1e-6, of=0.0) & below(NOTICED, "sizes")),
+    fails("the moments on the blocks are opposite, which keeps the angular momentum of the whole; but each is {moment:g} N m, and "
+          "blocks and carriers gain speed (H1 {carrier:.4g} rad/s2, block 14 {block:.4g} rad/s2). (9) in motion, L2, is no "
+          "equilibrium either",
           when=near("*: dL/dt [N m]", 1e-6, of=0.0) & near("sum", 1e-9, of=0.0)),
     fails("the moments on the blocks do not cancel"),
 )  # fmt: skip
 def equal_moments() -> Evidence:
-    """(1), (4): with M_H2 = M_H1 the moments on the blocks are opposite; so is dL/dt = 0."""
+    """(1), (4): with M_H2 = M_H1 the moments on the blocks are opposite and dL/dt = 0; but do the parts keep their speeds?"""
     p = replace(LAB, M_H2=LAB.M_H1)
     q = closed.block_torques(p.train, p.M_H1, p.M_H2)
     row = closed.momentum_row(p.train, p.inertias)
     computed: dict[str, Any] = {"analytic: M1, M3 [N m]": rounded(q)}
-    for who, values in answers(p, w_H1=100.0, w_H2=50.0).items():
-        computed[f"{who}: dL/dt [N m]"] = rounded(row @ [float(values["w1_rate"]), float(values["w3_rate"])], 6)
-    return evidence(computed, sum=q.sum())
+    rates = {}
+    for who, values in answers(p, w_H1=100.0, w_H2=100.0).items():  # turning as one
+        rates[who] = [float(values[f"{n}_rate"]) for n in ("w_H1", "w_H2", "w1", "w3")]
+        computed[f"{who}: dL/dt [N m]"] = rounded(row @ rates[who][2:], 6)
+        computed[f"{who}: accelerations of H1, H2, blocks 14, 36 [rad/s2]"] = rounded(rates[who], 4)
+    carrier, _, block, _ = rates["analytic"]
+    return evidence(computed, sum=q.sum(), sizes=np.abs(list(rates.values())), moment=abs(q[0]), carrier=carrier, block=block)
 
 
 @LEDGER.claim(

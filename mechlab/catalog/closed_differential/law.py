@@ -4,13 +4,12 @@ adaptation; and their figure: the one instant at which (8) holds, and ratio agai
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from mechlab.analytic import differential as closed
-from mechlab.catalog.closed_differential.build import SOURCE
+from mechlab.catalog.bibliography import GEAR_CVT
 from mechlab.catalog.closed_differential.checks import (
     EXAMPLE,
     LAB,
@@ -23,11 +22,12 @@ from mechlab.catalog.closed_differential.checks import (
     speeds,
 )
 from mechlab.engines.protocol import WITNESSES as ENGINES
+from mechlab.experiment.figure import Curve, Drawing, Mark, Note, Panel, SourceFigure
 from mechlab.kit.claims import Evidence, Ledger, above, below, equals, evidence, fails, holds, only_if, true
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import rank
 
-LEDGER = Ledger(SOURCE)
+LEDGER = Ledger(GEAR_CVT)
 NOTICED = 1e-3
 """A relative deviation beyond all errors of the runs, which are below 1e-6."""
 TRAINS = EXAMPLE | {"another train": replace(LAB, teeth=(20, 40, 100, 50, 20, 90))}
@@ -205,50 +205,31 @@ CLAIMS = LEDGER.claims
 SPAN = 0.3
 """The left part shows so many seconds before and after the source's point."""
 DRAGS = (0.02, 2.0)
-BLUE, RED, TEAL, GREY, GOLD = "#2a6bbf", "#c23b36", "#2f9490", "#6b7280", "#b8860b"
+BLUE, RED, TEAL, BLACK, GOLD = 0, 1, 2, 4, 5
 
 
-def draw(path: Path) -> None:
-    """Write the figure; the kind of file follows the suffix."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(13.0, 6.4), layout="constrained")
-    FigureCanvasAgg(figure)
-    left, right = figure.subplots(1, 2)
-    figure.suptitle(
-        "Gear train of two freedoms with one input: does the output adapt its speed to the load?", fontsize=13
-    )
-    _crossing(left)
-    _ratios(right)
-    figure.savefig(path, dpi=150)
+def verdict() -> Drawing:
+    """The crossing of the powers, and the speed ratio over the load ratio."""
+    return Drawing((_crossing(), _ratios()))
 
 
-def _crossing(axes: Any) -> None:
+def _crossing() -> Panel:
     t, powers = crossing()
-    axes.plot(t, powers[:, 0] / 1e3, color=BLUE, lw=2, label="power in:  M_H1 w_H1,  M_H1 = 100 N m")
-    axes.plot(t, powers[:, 1] / 1e3, color=RED, lw=2, label="power taken by the load:  M_H2 w_H2,  M_H2 = 200 N m")
-    axes.axvline(0.0, color=GREY, lw=0.8, ls=":")
-    axes.plot([0.0], [10.0], "o", color="black", ms=8)
-    axes.annotate(
-        "the printed law (8), power in = power out,\nholds at this one instant (100 and 50 rad/s)\nand is crossed, never kept",
-        (0.0, 10.0), (-0.285, 3.6), arrowprops={"arrowstyle": "->"}, fontsize=10,
-    )  # fmt: skip
+    curves = [
+        Curve(t, powers[:, 0] / 1e3, "power in:  M_H1 w_H1,  M_H1 = 100 N m", "solid", BLUE),
+        Curve(t, powers[:, 1] / 1e3, "power taken by the load:  M_H2 w_H2,  M_H2 = 200 N m", "solid", RED),
+    ]
     dots = engine_dots(t)
-    for who, text, marker, size in (("mujoco", "MuJoCo", "x", 7), ("pinocchio", "Pinocchio", "+", 9)):
+    for who, text, style in (("mujoco", "MuJoCo", "crosses"), ("pinocchio", "Pinocchio", "dots")):
         times, inward, outward = dots[who].T
-        axes.plot(times, inward / 1e3, marker, color="black", ms=size, mew=1.2, label=f"{text}, simulated")
-        axes.plot(times, outward / 1e3, marker, color="black", ms=size, mew=1.2)
-    axes.set(
-        xlabel="time [s], 0 at the point of the example", ylabel="power [kW]", xlim=(-SPAN, SPAN), ylim=(3.0, 20.5)
+        curves.append(Curve([times, times], np.array([inward, outward]) / 1e3, f"{text}, simulated", style, BLACK))
+    note = Note(
+        "the printed law (8), power in = power out,\nholds at this one instant\nand is crossed, never kept", -0.285, 3.6, (0.0, 10.0)
     )
-    _dress(axes, "Constant moments: the powers cross once")
-
-
-def _dress(axes: Any, title: str) -> None:
-    axes.set_title(title, fontsize=11)
-    axes.legend(loc="upper left", fontsize=9, framealpha=0.95)
-    axes.grid(alpha=0.25)
+    return Panel(
+        "Constant moments: the powers cross once", "time [s], 0 at the point of the example", "power [kW]", tuple(curves),
+        (Mark("100 and 50 rad/s", 0.0, 10.0),), (note,), x_range=(-SPAN, SPAN), y_range=(3.0, 20.5),
+    )  # fmt: skip
 
 
 def crossing() -> tuple[Array, Array]:
@@ -272,33 +253,32 @@ def engine_dots(t: Array) -> dict[str, Array]:
     return out
 
 
-def _ratios(axes: Any) -> None:
+def _ratios() -> Panel:
     p, train = LAB, LAB.train
+    a, b = train.a, train.b
     mu = np.linspace(0.05, 3.0, 600)
-    axes.plot(mu, mu, color="black", lw=2.2, ls="--", label="printed law (10): ratio = load ratio, no losses")
     stall = closed.drag_stall(train, DRAGS[1] / DRAGS[0])
     moving = mu[mu < stall * 0.995]
-    axes.plot(moving, closed.drag_ratio(train, DRAGS[1] / DRAGS[0], moving)[0], color=BLUE, lw=2,
-              label="true, both blocks drag on the housing (drags 1:100)")  # fmt: skip
-    axes.axvline(stall, color=BLUE, lw=0.8, ls=":")
-    axes.text(stall + 0.03, 5.0, f"output stalls\nat {stall:.2f}", color=BLUE, fontsize=9)
     fixed = closed.braked_ratios(train)[0]
-    text = f"true, one-way stop of block 36: fixed ratio a/b = {fixed:g} (balanced at load {fixed:g} only)"
-    axes.plot(mu, 0 * mu + fixed, color=TEAL, lw=2, label=text)
-    a, b = train.a, train.b
     locked = (a * float(p.lock_ratio) + 1 - a) / (b * float(p.lock_ratio) + 1 - b)
-    axes.plot(mu, 0 * mu + locked, color=GREY, lw=2, label=f"true, blocks coupled 6:1: fixed ratio {locked:g}")
-    axes.plot([locked], [locked], "o", color=GREY, ms=8)
-    axes.annotate("balanced at this one load,\nelse it accelerates", (locked, locked), (2.1, 1.15), fontsize=9, color=GREY,
-                  arrowprops={"arrowstyle": "->", "color": GREY})  # fmt: skip
     curve, dots = backstop_curve()
-    axes.plot(*curve, color=GOLD, lw=2, label="true, input held, stop and drag between the blocks (slips)")
-    axes.plot(*dots, "x", color="black", ms=7, mew=1.4, label="MuJoCo, simulated")
-    axes.annotate("drag between the blocks alone: steady at load ratio 1 only,\nas all torques must cancel; its ratio is set by the past",
-                  (1.0, 0.6), (1.06, 0.15), fontsize=8.5, arrowprops={"arrowstyle": "->"})  # fmt: skip
-    axes.axvline(1.0, color="black", lw=0.6, ls=":")
-    axes.set(xlabel="load ratio M_H2 / M_H1", ylabel="speed ratio w_H1 / w_H2", xlim=(0.0, 3.0), ylim=(0.0, 10.5))
-    _dress(axes, "Steady motion: ratio against load, printed and true")
+    return Panel(
+        "Steady motion: ratio against load, printed and true", "load ratio M_H2 / M_H1", "speed ratio w_H1 / w_H2",
+        (
+            Curve(mu, mu, "printed law (10): ratio = load ratio", "dashed", BLACK),
+            Curve(moving, closed.drag_ratio(train, DRAGS[1] / DRAGS[0], moving)[0], "both blocks drag on the housing", "solid", BLUE),
+            Curve(mu, 0 * mu + fixed, f"one-way stop of block 36: fixed ratio a/b = {fixed:g}", "solid", TEAL),
+            Curve(mu, 0 * mu + locked, f"blocks coupled 6:1: fixed ratio {locked:.4g}", "solid", RED),
+            Curve(*curve, "input held, stop and drag between the blocks", "solid", GOLD),
+            Curve(*dots, "the same in MuJoCo", "crosses", BLACK),
+        ),
+        notes=(
+            Note(f"output stalls\nat {stall:.2f}", stall + 0.03, 5.0),
+            Note("balanced at this one load,\nelse it accelerates", 1.3, 2.55, (locked, locked)),
+            Note("drag between the blocks alone:\nsteady at load ratio 1 only", 1.06, 0.12, (1.0, 0.6)),
+        ),
+        x_range=(0.0, 3.0), y_range=(0.0, 10.5),
+    )  # fmt: skip
 
 
 def backstop_curve() -> tuple[tuple[Array, Array], tuple[Array, Array]]:
@@ -314,3 +294,11 @@ def backstop_curve() -> tuple[tuple[Array, Array], tuple[Array, Array]]:
         h1, h2 = speeds(found)
         points.append((M_H2 / float(found.channel("H1_force")[-1]), h1 / h2))
     return curve, (np.array([x for x, _ in points]), np.array([y for _, y in points]))
+
+
+FIGURES = (
+    SourceFigure(
+        "equations (8) and (10)", "Does the output adapt its speed to the load? The printed law against the motion of the train.",
+        GEAR_CVT, verdict, tuple(c.id for c in CLAIMS if c.id.startswith("L")),
+    ),
+)  # fmt: skip

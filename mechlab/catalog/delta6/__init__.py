@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from mechlab.catalog.bibliography import B_SPLINES, REGIONS, THESIS
 from mechlab.catalog.delta6 import (
     checks_motion,
     checks_pose,
@@ -84,5 +85,5 @@ ENTRY = Entry(
     workspace=workspace.WORKSPACE,
     chain="3-PUU + 3-PSS legs (parallel rods) for translation; cardan shafts, spur train and bevel differential for rotation",
     formulas=FORMULAS,
-    sources=("thesis abstract on a 6-DOF parallel mechanism with kinematic decoupling", "Gosselin & Angeles 1990"),
+    sources=(THESIS.citation, B_SPLINES.citation, REGIONS.citation, "Gosselin & Angeles 1990"),
 )

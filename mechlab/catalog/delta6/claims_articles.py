@@ -1,4 +1,4 @@
-"""Claims C49 to C54 of two articles: on the length of B-spline curves, on which toolpaths of the delta are built, and on
+"""Claims C49 to C55 of two articles: on the length of B-spline curves, on which toolpaths of the delta are built, and on
 Boolean algebras of continuous functions, by which its workspace is put together."""
 
 from __future__ import annotations
@@ -11,10 +11,11 @@ import numpy as np
 
 from mechlab.analytic import bspline
 from mechlab.analytic.regions import EXACT, SMOOTH, Algebra, indicator
-from mechlab.kit.claims import Evidence, Ledger, above, evidence, fails, holds, near, none, only_if, true
+from mechlab.catalog.bibliography import B_SPLINES, REGIONS
+from mechlab.kit.claims import Evidence, Ledger, above, equals, evidence, fails, holds, near, none, only_if, true
 from mechlab.mechanism.geometry import Array
 
-LENGTHS = Ledger("Calculation of the length of a B-spline curve")
+LENGTHS = Ledger(B_SPLINES)
 CLAMPED = (0.0, 0.0, 0.0, 0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.0, 1.0, 1.0)
 PLANE = bspline.BSpline(3, CLAMPED, ((0, 0), (60, 80), (120, -40), (180, 60), (240, 0), (300, 90), (340, 20), (400, 0)))
 """A smooth cubic of five spans (the example of the source is lost)."""
@@ -102,7 +103,7 @@ def start_of_braking() -> Evidence:
     return evidence(computed, naive=naive, u=found.parameter, off=off, off_share=off / found.distance)
 
 
-ALGEBRAS = Ledger("Boolean algebras on the basis of continuous and continuously differentiable functions")
+ALGEBRAS = Ledger(REGIONS)
 CASES = 200_000
 
 
@@ -182,3 +183,23 @@ def smooth_algebra() -> Evidence:
     computed: dict[str, Any] = {f"{k}: jump of the slope where f = g": v for k, v in jump.items()}
     computed["R_0: slopes to both sides where f = g = 0"] = [slopes[0], -slopes[1]]
     return evidence(computed, jump=jump[SMOOTH.name], corner=slopes[0] + slopes[1])
+
+
+@ALGEBRAS.claim(
+    "C55", "characteristic of the opposite function", "chi(-f) = not chi(f).", "chi(-f) = not chi(f)",
+    holds(when=none("points where the law fails, chi = 1 where f >= 0")),
+    only_if("f is not 0: on the border {{f >= 0}} and {{-f >= 0}} both hold, so that both characteristics are 1. With sgn 0 = 0 both are "
+            "1/2, which is its own opposite, but chi then has three values (C52)",
+            when=equals("points where the law fails, chi = 1 where f >= 0", of="points with f = 0")
+            & none("points where chi(-f) = 1 - chi(f) fails, sgn 0 = 0")),
+    fails("it fails off the border too"),
+)  # fmt: skip
+def opposite() -> Evidence:
+    """chi(-f) against not chi(f), for both readings of chi on the border."""
+    x, _, _ = _values()
+    plain = (1.0 + np.sign(x)) / 2.0, (1.0 + np.sign(-x)) / 2.0
+    return evidence({
+        "points where the law fails, chi = 1 where f >= 0": int(np.count_nonzero(indicator(-x) != 1 - indicator(x))),
+        "points where chi(-f) = 1 - chi(f) fails, sgn 0 = 0": int(np.count_nonzero(plain[1] != 1.0 - plain[0])),
+        "points with f = 0": int(np.count_nonzero(x == 0.0)), "points": len(x),
+    })  # fmt: skip

@@ -26,9 +26,6 @@ SLIDERS = ("q1", "q2", "q3")
 ROTARY = ("phi1", "phi2", "phi3")
 DRIVES = (*SLIDERS, *ROTARY)
 
-THESIS = "thesis abstract on a 6-DOF parallel mechanism with decoupled motions"
-"""The source of the delta."""
-
 _READ = "read in the source"
 _FITTED = "fitted to the source's velocity example"
 _ASSUMED = "assumed; the source is silent"

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mechlab.analytic import delta6 as closed
+from mechlab.catalog.bibliography import THESIS
 from mechlab.catalog.delta6.masses import vec
 from mechlab.catalog.delta6.parameters import (
     ANGLES,
@@ -16,7 +17,6 @@ from mechlab.catalog.delta6.parameters import (
     ROTARY,
     SLIDERS,
     SOURCE,
-    THESIS,
     Delta6Parameters,
     legs,
 )  # fmt: skip

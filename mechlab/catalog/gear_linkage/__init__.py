@@ -6,11 +6,11 @@ free at C, the output gear free at D. The plane is horizontal: angles about z, c
 
 from __future__ import annotations
 
+from mechlab.catalog.bibliography import GEAR_LEVERS
 from mechlab.catalog.gear_linkage.build import (
     NEAR_CHANGE_POINT,
     PRESETS,
     SCENES,
-    SOURCE,
     Parameters,
     build,
     output_held,
@@ -49,5 +49,5 @@ ENTRY = Entry(
     chain="RRRR with gears at B, C, D",
     formulas="i = ra / rd, j = rc / rd:  w_out = i - (i + j) w_coupler + (1 + j) w_rocker for a crank rate of 1;\n"
     "output angle = i phi - (i + j) (coupler turn) + (1 + j) (rocker turn), counted from crank angle 0.",
-    sources=(SOURCE, "Eksergian 1930"),
+    sources=(GEAR_LEVERS.citation, "Eksergian 1930"),
 )

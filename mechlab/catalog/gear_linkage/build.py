@@ -24,7 +24,7 @@ from mechlab.mechanism import Builder, Inertia, LinearRelation, Mechanism, Place
 from mechlab.mechanism.geometry import Array, axis_rotation
 from mechlab.shapes import external_phase
 
-SOURCE = "Gear-lever mechanisms in printing machines"
+OURS = "ours; the source prints no dimensions"
 
 
 @dataclass(frozen=True)
@@ -32,14 +32,15 @@ class Parameters:
     """Lengths, idler, assembly mode, play, masses and speed of the three-gear four-bar."""
 
     crank: float = parameter(
-        0.4728822419, "m", "crank A-B, the eccentricity of gear a", low=0, strict=True, source=SOURCE
+        0.4728822419, "m", "crank A-B, the eccentricity of gear a", low=0, strict=True,
+        source="ours: the output runs back by 2 deg (synthesis)",
     )
-    coupler: float = parameter(1.0, "m", "coupler B-C = ra + rc", low=0, strict=True, source=SOURCE)
-    rocker: float = parameter(1.0, "m", "rocker D-C = rc + rd", low=0, strict=True, source=SOURCE)
-    frame: float = parameter(1.0, "m", "frame A-D", low=0, strict=True, source=SOURCE)
-    idler_radius: float = parameter(0.5, "m", "pitch radius of the idler at C", low=0, strict=True, source=SOURCE)
+    coupler: float = parameter(1.0, "m", "coupler B-C = ra + rc", low=0, strict=True, source=OURS)
+    rocker: float = parameter(1.0, "m", "rocker D-C = rc + rd", low=0, strict=True, source=OURS)
+    frame: float = parameter(1.0, "m", "frame A-D", low=0, strict=True, source=OURS)
+    idler_radius: float = parameter(0.5, "m", "pitch radius of the idler at C", low=0, strict=True, source=OURS)
     mode: int = parameter(1, "", "+1: C left of the ray from B to D, -1: right", low=-1, high=1)
-    backlash: float = parameter(0.0, "rad", "play of the gears, seen at the output", low=0, source=SOURCE)
+    backlash: float = parameter(0.0, "rad", "play of the gears, seen at the output", low=0, source=OURS)
     mass_per_length: float = parameter(1.0, "kg/m", "uniform bars", low=0, strict=True)
     mass_per_area: float = parameter(2.0, "kg/m2", "uniform discs of the gears", low=0, strict=True)
     speed: float = parameter(1.0, "rad/s", "crank speed of the scenes")

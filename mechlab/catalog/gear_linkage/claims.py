@@ -9,11 +9,12 @@ from dataclasses import replace
 import numpy as np
 
 from mechlab.analytic import gear_linkage as closed_form
-from mechlab.catalog.gear_linkage.build import PRESETS, SOURCE, Parameters, build
+from mechlab.catalog.bibliography import GEAR_LEVERS
+from mechlab.catalog.gear_linkage.build import PRESETS, Parameters, build
 from mechlab.catalog.gear_linkage.questions import MOTION
-from mechlab.kit.claims import Evidence, Ledger, above, below, cannot, evidence, fails, holds, only_if, true
+from mechlab.kit.claims import Evidence, Ledger, above, below, cannot, evidence, fails, holds, only_if, true, unreadable
 
-LEDGER = Ledger(SOURCE)
+LEDGER = Ledger(GEAR_LEVERS)
 EXAMPLES = {"L1": (1.0, 1.0, 0.5), "L2": (1.0, 0.8, 0.4), "L3": (0.9, 0.9, 0.3), "L4": (0.8, 1.0, 0.4)}
 """Coupler, rocker, idler radius in units of the frame: examples of ours, the source prints none."""
 PHI = np.linspace(0.0, 2.0 * math.pi, 181)
@@ -31,7 +32,7 @@ def _linkages(share: float = 0.7) -> list[closed_form.GearLinkage]:
 @LEDGER.claim(
     "G1", "p. 2, invariant of velocity", "w_d = i - (i + ic) w_2 + (1 + ic) w_3 (coefficients damaged in print)",
     "1~-(+ i)w2 + (1 + ic)w3",
-    only_if("the damaged coefficients are read as i and (i + ic), not 1 and (1 + i)",
+    unreadable("i and (i + ic) must stand there, as in the accelerations below it; 1 and (1 + i) do not follow from rolling",
             when=below(TIGHT, "i - *", "Pinocchio, MuJoCo*") & above(0.1, "1 - *")),
     fails("neither reading of the damaged coefficients follows from rolling"),
 )  # fmt: skip
@@ -76,7 +77,8 @@ def acceleration_formula() -> Evidence:
 @LEDGER.claim(
     "G3", "p. 2, increment of the output angle", "phi_dk = phi_dn + i(phi_k - phi_n) - (i + ic)(...) + (1 + ic)(...)",
     "damaged first term",
-    only_if("the damaged first term is read as + i (phi_k - phi_n)", when=below(TIGHT, "with i before the crank turn*")),
+    unreadable("+ i (phi_k - phi_n) must stand there; without i it does not follow from rolling",
+               when=below(TIGHT, "with i before the crank turn*") & above(0.1, "without it*")),
     fails("no reading follows from rolling"),
 )  # fmt: skip
 def position_formula() -> Evidence:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from mechlab.catalog.bibliography import ALYUKOV
 from mechlab.catalog.impulse_transmission.build import Parameters, build, expand, warnings
 from mechlab.catalog.impulse_transmission.checks import CHECKS
-from mechlab.catalog.impulse_transmission.claims import CLAIMS
+from mechlab.catalog.impulse_transmission.claims_figures import CLAIMS
+from mechlab.catalog.impulse_transmission.figures import FIGURES
 from mechlab.catalog.impulse_transmission.portraits import PORTRAITS
 from mechlab.catalog.impulse_transmission.questions import QUESTIONS
 from mechlab.catalog.impulse_transmission.scenes import SCENES, reference
@@ -44,8 +46,9 @@ ENTRY = Entry(
     expand=expand,
     channels={"motor_torque": ("N m", lambda p, recording: recording.channel("alpha_force"))},
     warnings=warnings,
+    figures=FIGURES,
     portraits=PORTRAITS,
     chain="differential with a free carrier and unbalanced planets",
     formulas=FORMULAS,
-    sources=("paper on the dynamics of an inertial-impulse transmission (source 002)",),
+    sources=(ALYUKOV.citation,),
 )

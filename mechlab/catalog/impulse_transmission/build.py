@@ -13,6 +13,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from mechlab.analytic.impulse import Impulse, resonances
+from mechlab.catalog.bibliography import ALYUKOV
 from mechlab.errors import unknown
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
@@ -22,7 +23,9 @@ from mechlab.mechanism.geometry import Array, axis_rotation
 from mechlab.mechanism.parts import Color, Shape, Winding
 
 NAME = "impulse_transmission"
-SET_4 = "set (4) of the source"
+OURS = "ours; the scenes fig2 to fig7 have the printed states"
+FIGURES_4_5 = f"{ALYUKOV.label}, figures 4 and 5"
+FIGURE_4 = f"{ALYUKOV.label}, figure 4"
 FASTEST_LAG = 2e-5
 """Below this motor time constant [s] the torque follows the static characteristic: its lag is shorter than any step."""
 
@@ -31,32 +34,32 @@ FASTEST_LAG = 2e-5
 class Parameters:
     """Inertias, geometry, load, motor, and the state at t = 0."""
 
-    J1: float = parameter(14.0, "kg m2", "input shaft", source=SET_4, low=0, strict=True)
-    J2: float = parameter(0.5, "kg m2", "output shaft", source=SET_4, low=0, strict=True)
+    J1: float = parameter(14.0, "kg m2", "input shaft", source=FIGURES_4_5, low=0, strict=True)
+    J2: float = parameter(0.5, "kg m2", "output shaft", source=FIGURES_4_5, low=0, strict=True)
     nJ3: float = parameter(
-        0.25, "kg m2", "all planets, about their geometric centres", source=SET_4, low=0, strict=True
+        0.25, "kg m2", "all planets, about their geometric centres", source=FIGURES_4_5, low=0, strict=True
     )
-    nm: float = parameter(8.0, "kg", "mass of all planets", source=SET_4, low=0, strict=True)
-    a: float = parameter(0.02, "m", "share of the input speed in the planet centres' speed", source=SET_4)
-    b: float = parameter(0.08, "m", "share of the output speed; a + b is the radius of the planet axes", source=SET_4)
-    h: float = parameter(0.083, "m", "offset of a planet's mass centre from its axis", source=SET_4, low=0)
+    nm: float = parameter(8.0, "kg", "mass of all planets", source=FIGURES_4_5, low=0, strict=True)
+    a: float = parameter(0.02, "m", "share of the input speed in the planet centres' speed", source=FIGURES_4_5)
+    b: float = parameter(0.08, "m", "share of the output speed; a + b is the radius of the planet axes", source=FIGURES_4_5)
+    h: float = parameter(0.083, "m", "offset of a planet's mass centre from its axis", source=FIGURES_4_5, low=0)
     q: Fraction = parameter(Fraction(4, 3), "", "turns of a planet on the carrier per turn of input against output")
-    M0: float = parameter(18.0, "N m", "constant load on the output shaft", source=SET_4, low=0)
-    M1: float = parameter(750.0, "N m", "dry friction on the output shaft", source=SET_4, low=0)
-    Mn: float = parameter(150.0, "N m", "motor torque at the nominal speed", source=SET_4)
-    no_load_speed: float = parameter(220.0, "rad/s", "motor speed without torque", source=SET_4)
-    nominal_speed: float = parameter(215.0, "rad/s", "motor speed at the torque Mn", source=SET_4)
-    tau: float = parameter(0.038, "s", "time constant of the motor torque; 0: static", source=SET_4, low=0)
+    M0: float = parameter(18.0, "N m", "constant load on the output shaft", source=FIGURE_4, low=0)
+    M1: float = parameter(750.0, "N m", "dry friction on the output shaft", source=FIGURE_4, low=0)
+    Mn: float = parameter(150.0, "N m", "motor torque at the nominal speed", source=FIGURE_4)
+    no_load_speed: float = parameter(220.0, "rad/s", "motor speed without torque", source=FIGURE_4)
+    nominal_speed: float = parameter(215.0, "rad/s", "motor speed at the torque Mn", source=FIGURE_4)
+    tau: float = parameter(0.038, "s", "time constant of the motor torque; 0: static", source=FIGURES_4_5, low=0)
     slip_per_torque: float | None = parameter(
         None, "1/(N m)", "relative loss of speed per torque; none: the value that gives no torque at no_load_speed", low=0
     )  # fmt: skip
     c: float = parameter(0.0, "N m/rad", "spring from the output shaft to the frame", low=0)
     planets: int = parameter(4, "", "number of planets in the fidelity full", low=1, high=12)
-    alpha_0: float = parameter(0.0, "rad", "input angle at t = 0")
-    beta_0: float = parameter(0.0, "rad", "output angle at t = 0")
-    alpha_rate_0: float = parameter(215.0, "rad/s", "input speed at t = 0")
-    beta_rate_0: float = parameter(0.0, "rad/s", "output speed at t = 0")
-    motor_torque_0: float = parameter(150.0, "N m", "motor torque at t = 0")
+    alpha_0: float = parameter(0.0, "rad", "input angle at t = 0", source=OURS)
+    beta_0: float = parameter(0.0, "rad", "output angle at t = 0", source=OURS)
+    alpha_rate_0: float = parameter(215.0, "rad/s", "input speed at t = 0", source=OURS)
+    beta_rate_0: float = parameter(0.0, "rad/s", "output speed at t = 0", source=OURS)
+    motor_torque_0: float = parameter(150.0, "N m", "motor torque at t = 0", source=OURS)
 
     def __post_init__(self) -> None:
         self.impulse  # noqa: B018 - an impossible transmission raises here

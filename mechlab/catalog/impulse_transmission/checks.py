@@ -50,7 +50,7 @@ TABLE = {
     (4.0 / 3.0, 2.0, 10.0): -5.494296, (4.0 / 3.0, 18.0, 750.0): 0.500408, (0.8, 0.0, 0.0): 1.667801,
     (0.8, 0.0, 20.0): 1.666680, (0.8, 0.0, 750.0): 0.118886, (0.8, 2.0, 10.0): -3.990234, (0.8, 18.0, 750.0): 0.004055,
 }  # fmt: skip
-"""(q, M0, M1) -> mean speed at 150 rad/s of set (4); the two with q = 4/5 and M1 = 750 leave sticking out of account."""
+"""(q, M0, M1) -> mean speed at 150 rad/s of set (4), that of figure 5; the two with q = 4/5 and M1 = 750 leave sticking out of account."""
 SETS = [replace(Impulse(), q=q, M0=M0, M1=M1) for q, M0, M1 in TABLE]
 
 

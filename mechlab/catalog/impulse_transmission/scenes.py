@@ -72,7 +72,7 @@ _FIG7 = _FIG5 | {
 
 
 def _one_way() -> dict[str, Any]:
-    """Set (4) under M0 = 2, M1 = 10 with a motor that keeps 150 rad/s; from the exact state at the start of a cycle."""
+    """Set (4), that of figure 5, under M0 = 2, M1 = 10 with a motor that keeps 150 rad/s; from the exact state at the start of a cycle."""
     found = unidirectional(Impulse(M0=2.0, M1=10.0), SPEED)
     torque, psi = float(found.mean_motor_torque), float(found.psi_a)
     return _FIG5 | {
@@ -82,15 +82,15 @@ def _one_way() -> dict[str, Any]:
 
 SWAPPED = "the other reading of the torque order"
 SCENES = {
-    "fig2": _recipe(0.45, "figures 2 and 3: set (3), start at 150 rad/s", **_FIG2),
+    "fig2": _recipe(0.45, "figures 2 and 3: start at 150 rad/s", **_FIG2),
     "fig2-swapped": _recipe(
         0.45, f"figures 2 and 3, M1 and Mn exchanged: {SWAPPED}", **_FIG2 | {"M1": 150.0, "Mn": 750.0}
     ),
-    "fig4": _recipe(0.3, "figure 4: set (4) with friction and load", **_FIG4),
+    "fig4": _recipe(0.3, "figure 4: friction and load, the printed state", **_FIG4),
     "fig4-swapped": _recipe(0.3, f"figure 4, M1 and Mn exchanged: {SWAPPED}", **_FIG4 | {"M1": 150.0, "Mn": 750.0}),
     "fig5": _recipe(1.0, "figure 5: weak friction, one-way rotation with ripple", **_FIG5),
     "fig5-swapped": _recipe(1.0, f"figure 5, M1 and Mn exchanged: {SWAPPED}", **_FIG5 | {"M1": 10.0, "Mn": 20.0}),
-    "fig7": _recipe(1.0, "figure 7: set (4) on a spring, no friction", **_FIG7),
+    "fig7": _recipe(1.0, "figure 7: set (4) of figure 5 on a spring, no friction", **_FIG7),
     "unidirectional": _recipe(1.0, "one-way rotation from the exact state of the cycle", **_one_way()),
     "sticking": _recipe(0.3, "figure 4 with friction strong enough to stick", **_FIG4 | {"M1": 3000.0}),
 }

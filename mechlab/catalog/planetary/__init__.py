@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 
 from mechlab.analytic import planetary_synthesis as closed_form
-from mechlab.catalog.planetary.claims import CLAIMS, SOURCE
+from mechlab.catalog.bibliography import PLANETARY
+from mechlab.catalog.planetary.claims import CLAIMS
 from mechlab.errors import MechlabError
 from mechlab.experiment.entry import Check, CheckResult, PlotRecipe
 from mechlab.experiment.parameters import parameter
@@ -38,7 +39,9 @@ from mechlab.shapes import external_phase
 class Parameters:
     """Teeth, sizes, inertias and torques."""
 
-    teeth: tuple[int, ...] = parameter((18, 36, 18, 90), "", "teeth z1, z2, z3, z4", low=6, source=SOURCE)
+    teeth: tuple[int, ...] = parameter(
+        (18, 36, 18, 90), "", "teeth z1, z2, z3, z4", low=6, source="ours: ratio 6 with the fewest teeth; the source prints none"
+    )
     planets: int = parameter(3, "", "rays of planets", low=1, high=12)
     module: float = parameter(0.002, "m", "module", low=0, strict=True)
     J_sun: float = parameter(1e-4, "kg m2", "sun with its shaft", low=0, strict=True)
@@ -266,5 +269,5 @@ ENTRY = MOTION.entry(
     expand=expand_by(build, _angles),
     chain="2A-AA epicyclic, series planets",
     formulas="w_sun = (1 + z4 / z1) w_carrier; planet 3 turns against the carrier by z4 / z3, planet 2 by -z4 / z2.",
-    sources=(SOURCE, "Willis 1841"),
+    sources=(PLANETARY.citation, "Willis 1841"),
 )

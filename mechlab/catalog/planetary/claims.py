@@ -8,10 +8,10 @@ from functools import lru_cache
 import numpy as np
 
 from mechlab.analytic import planetary_synthesis as closed_form
-from mechlab.kit.claims import Evidence, Ledger, above, below, evidence, fails, holds, misprint, near, none, only_if
+from mechlab.catalog.bibliography import PLANETARY
+from mechlab.kit.claims import Evidence, Ledger, above, below, evidence, fails, holds, near, none, only_if, unreadable
 
-SOURCE = "Synthesis of the planetary mechanism 2A-AA with regard to pressure angles"
-LEDGER = Ledger(SOURCE)
+LEDGER = Ledger(PLANETARY)
 CASES = 200_000
 
 
@@ -45,9 +45,9 @@ def planet_formula() -> Evidence:
 @LEDGER.claim(
     "Y2", "inequality (9)", "upper bound of the ratio from neighbouring planets 2", "denominator 1 - t2 s",
     holds(when=none("mismatches of the printed bound")),
-    misprint("the denominator t2 (1 - s) instead of 1 - t2 s; they agree for t2 = 1",
-             when=none("mismatches of the corrected bound")),
-    fails("neither form"),
+    fails("the denominator must be t2 (1 - s); the two agree for t2 = 1. It is no slip of the pen: (10) is derived from it",
+          when=none("mismatches of the corrected bound")),
+    fails("neither form is the bound"),
 )  # fmt: skip
 def upper_bound() -> Evidence:
     """(9) as printed and corrected, against the neighbour condition (8) itself."""
@@ -81,7 +81,8 @@ def width_of_t2() -> Evidence:
 
 
 @LEDGER.claim(
-    "Y4", "inequalities (11), (12)", "lower bound of the ratio from neighbouring planets 3", "i > ...",
+    "Y4", "inequalities (11), (12)",
+    "lower bound of the ratio from neighbouring planets 3 (denominator damaged; read as in its derivation)", "i > ...",
     holds(when=none("mismatches of the printed bound")),
     only_if("(1 + t1 (1 + y)) s > y t2; otherwise the same expression is an upper bound",
             when=none("mismatches outside Bb < 0", "mismatches with the branch")),
@@ -102,9 +103,11 @@ def lower_bound() -> Evidence:
 
 
 @LEDGER.claim(
-    "Y5", "after (5)", "0.8 <= t <= 1.2 means pressure angles of 20 to 44 deg", "20 deg ... 44 deg",
+    "Y5", "after (5)", "0.8 <= t <= 1.2 means pressure angles of 20 to 44 deg, as the scan shows it", "20 deg ... 44 deg",
     holds(when=near("arccos(0.8 cos 20 deg) [deg]", 0.5, of=44.0)),
-    misprint("{angle:.2f} deg: cos a / cos 20 deg = 0.8 there"),
+    unreadable("41, as cos a / cos 20 deg = 0.8 at {angle:.2f} deg; the scan shows one of its digits twice",
+               when=near("arccos(0.8 cos 20 deg) [deg]", 0.5, of=41.0)),
+    fails("t = 0.8 is {angle:.2f} deg"),
 )  # fmt: skip
 def range_of_angles() -> Evidence:
     """The pressure angle that belongs to t = 0.8."""

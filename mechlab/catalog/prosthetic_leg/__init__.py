@@ -1,5 +1,6 @@
 """The above-knee prosthesis of the leg article: thigh and shin split by elastic slides, an elastic hitch at the hip."""
 
+from mechlab.catalog.bibliography import PROSTHESIS
 from mechlab.catalog.prosthetic_leg.build import SCENES, Parameters, build
 from mechlab.catalog.prosthetic_leg.checks import CHECKS
 from mechlab.catalog.prosthetic_leg.claims import CLAIMS
@@ -33,5 +34,5 @@ ENTRY = Entry(
     chain="P(hitch) R(hip) P(thigh) R(knee) P(shin) R(ankle)",
     formulas="T = 1/2 sum tr(dG_i/dt H_i dG_i^T/dt), dG_i/dq_j = W_j G_i; "
     "Q_j = -C_j (q_j - q0_j) - b_j dq_j/dt + sum m_i g . U_ij r_i for a slide.",
-    sources=("Vukobratovic 1976", "Korenev 1977", "Winter 1990 (anthropometry)"),
+    sources=(PROSTHESIS.citation, "Vukobratovic 1976", "Korenev 1977", "Winter 1990 (anthropometry)"),
 )

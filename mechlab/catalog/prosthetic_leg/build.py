@@ -34,7 +34,7 @@ from mechlab.mechanism import (
 )
 from mechlab.mechanism.geometry import axis_rotation
 
-CHOSEN = "chosen"
+CHOSEN = "ours; the source prints no numbers"
 
 
 @dataclass(frozen=True)

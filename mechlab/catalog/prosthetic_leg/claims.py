@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from mechlab.analytic import transition_matrices as tm
+from mechlab.catalog.bibliography import PROSTHESIS
 from mechlab.catalog.prosthetic_leg.build import LEG, SWING_TIME, Parameters, build
 from mechlab.catalog.prosthetic_leg.questions import answers, engine_terms, own_terms, tree
 from mechlab.kit.claims import Evidence, Ledger, above, below, evidence, factor, fails, holds, near, only_if
 from mechlab.mechanism.geometry import Array
 
-LEDGER = Ledger("Transition matrices of prismatic links of an above-knee prosthesis (2009)")
+LEDGER = Ledger(PROSTHESIS)
 STEP = 1e-6
 
 
@@ -21,8 +22,9 @@ def _difference(placement: Array, q: float) -> Array:
 
 
 @LEDGER.claim(
-    "G1", "after (37)", "The inverse of the transition matrix of a slide has -q in place of q.", "-q",
+    "T1", "after (37)", "The inverse of the transition matrix of a slide has -q in place of q.", "-q",
     holds(when=below(1e-15, "|A^-1 A - E|")), fails(),
+    formerly="G1",
 )  # fmt: skip
 def inverse() -> Evidence:
     """The printed inverse times the matrix of a slide at q = 0.3 m."""
@@ -32,11 +34,12 @@ def inverse() -> Evidence:
 
 
 @LEDGER.claim(
-    "G2", "(38), (39)", "dA/dq = Omega A, Omega = [[0,0,1],[0,0,0],[0,0,0]].", "Omega A",
+    "T2", "(38), (39)", "dA/dq = Omega A, Omega = [[0,0,1],[0,0,0],[0,0,0]].", "Omega A",
     holds(when=below(1e-9, "slide turned by -90 deg")),
     only_if("the slide lies along x of the parent link. With a constant turned placement B it is "
             "dA/dq = (B Omega B^-1) A = A Omega", when=below(1e-9, "slide along x of the parent")),
     fails(),
+    formerly="G2",
 )  # fmt: skip
 def derivative() -> Evidence:
     """dA/dq = Omega A for a slide along x of the parent and for a turned one, against central differences."""
@@ -49,8 +52,9 @@ def derivative() -> Evidence:
 
 
 @LEDGER.claim(
-    "G3", "after (39)", "The formulas for revolute links then hold for prismatic links too.", "same formulas",
+    "T3", "after (39)", "The formulas for revolute links then hold for prismatic links too.", "same formulas",
     holds(when=below(1e-12, "M: own - pinocchio", "h: own - pinocchio")), fails(),
+    formerly="G3",
 )  # fmt: skip
 def same_formulas() -> Evidence:
     """With (38) and (39) the formulas of revolute links hold for slides: the whole leg against Pinocchio."""
@@ -65,10 +69,11 @@ def same_formulas() -> Evidence:
 
 
 @LEDGER.claim(
-    "G4", "(40)", "The generalised force of a slide is -C q + sum of m G^T U r: no rest length.", "-C q",
+    "T4", "(40)", "The generalised force of a slide is -C q + sum of m G^T U r: no rest length.", "-C q",
     holds(when=near("equilibrium by (40), m", 1e-2, of="drawn length, m")),
     only_if("q is measured from the unstretched spring; with q the drawn length the force is -C (q - q0), and the leg needs "
             "a damper too: undamped slides ring for ever"),
+    formerly="G4",
 )  # fmt: skip
 def rest_length() -> Evidence:
     """(40): Q = -C q + weight. A slide whose coordinate is a length s, as drawn, then shrinks to nothing."""
@@ -78,8 +83,9 @@ def rest_length() -> Evidence:
 
 
 @LEDGER.claim(
-    "G5", "(40)", "The elastic term has the sign -C q.", "-",
+    "T5", "(40)", "The elastic term has the sign -C q.", "-",
     holds(when=factor("printed form, N", 1.0, 1e-4, of="-dV/dq, N")), fails(),
+    formerly="G5",
 )  # fmt: skip
 def sign() -> Evidence:
     """The sign of the elastic term: the virtual work of the spring, -dV/dq by differences."""
@@ -92,12 +98,13 @@ def sign() -> Evidence:
 
 
 @LEDGER.claim(
-    "G6", "conclusion", "Thigh and shin are split by elastic slides, a hitch is added at the hip.", "3 slides",
+    "T6", "conclusion", "Thigh and shin are split by elastic slides, a hitch is added at the hip.", "3 slides",
     only_if("the hitch is meant: without it the ankle is {hitch:.1f} mm off; without the slides of thigh and shin "
             "{slides:.1f} mm, so a swing needs four freedoms; the slides are for the stance",
             when=below(5e-3, "lock_thigh_shin_error") & above(5e-3, "lock_hitch_error")),
     holds("no slide changes the swing by 5 mm", when=above(5e-3, "lock_thigh_shin_error")),
     fails("no slide changes the swing by 5 mm"),
+    formerly="G6",
 )  # fmt: skip
 def which_slides() -> Evidence:
     """The conclusion adds slides in thigh and shin and a hitch at the hip: what each does to the ankle in a swing."""

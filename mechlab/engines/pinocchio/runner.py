@@ -27,7 +27,16 @@ from mechlab.experiment.findings import (
 )
 from mechlab.experiment.held_rates import capture_finding
 from mechlab.experiment.ranges import unstopped_finding
-from mechlab.experiment.recording import Cost, Finding, Health, Recording, basic_channels, limit_finding, over_samples
+from mechlab.experiment.recording import (
+    Cost,
+    Finding,
+    Health,
+    Recording,
+    Trace,
+    basic_channels,
+    limit_finding,
+    over_samples,
+)
 from mechlab.experiment.scene import PINOCCHIO_INTEGRATORS, Scene, Settings, initial_state, sample_grid
 from mechlab.integrate import RK4, integrate_adaptive, integrate_fixed
 from mechlab.mechanism.geometry import Array
@@ -40,9 +49,10 @@ RESTART = 20
 
 @dataclass
 class _Log:
-    """The samples of a run so far, its number of steps, and what ended it early."""
+    """The samples of a run so far, its number of steps, and what ended it early. whole: not the states alone."""
 
     watch: ModeWatch
+    whole: bool = True
     t: list[float] = field(default_factory=list)
     y: list[Array] = field(default_factory=list)
     instants: list[Instant] = field(default_factory=list)
@@ -67,6 +77,24 @@ def run(
     samples. Raises MechlabError for an unknown integrator or name, NoSolution when the start does not close.
     """
     settings = settings or Settings(engine="pinocchio")
+    motion, log, start, spent = _run(mechanism, scene, settings, times, progress, ModeWatch(mechanism, scene.keep_mode), True)
+    with spent_on("record"):
+        return _recording(mechanism, scene, settings, motion, log, start, spent)
+
+
+def states(mechanism: Mechanism, scene: Scene, settings: Settings, times: Array) -> Trace:
+    """The states of `run` at the times alone: nothing else is recorded or examined."""
+    motion, log, start, spent = _run(mechanism, scene, settings, times, None, ModeWatch(mechanism, scene.keep_mode), False)
+    y = np.array(log.y or [start])
+    reason = "" if log.end is None else stopped_finding(log.end.t, scene.duration, log.end.reason).sentence
+    return Trace(y[:, : mechanism.nq], y[:, mechanism.nq : mechanism.nq + mechanism.nv], spent, log.steps, reason)
+
+
+def _run(
+    mechanism: Mechanism, scene: Scene, settings: Settings, times: ArrayLike | None, progress: Callable[[float], None] | None,
+    watch: ModeWatch, instants: bool,
+) -> tuple[Equations, _Log, Array, float]:  # fmt: skip
+    """The equations, the samples, the state at the start and the CPU seconds of a run."""
     if settings.integrator not in PINOCCHIO_INTEGRATORS:
         raise unknown("integrator of pinocchio", settings.integrator, PINOCCHIO_INTEGRATORS)
     samples = sample_grid(scene.duration, settings.timestep, times)
@@ -74,39 +102,31 @@ def run(
     motion = Equations(mechanism, scene.laws, settings.timestep)
     began = time.thread_time()
     start = motion.start(q, v)
-    watch = ModeWatch(mechanism, scene.keep_mode)
+    log = _Log(watch, whole=instants)
     with spent_on("integrate"):
-        log = _integrate(motion, settings, samples, start, progress, watch)
-    spent = time.thread_time() - began
-    with spent_on("record"):
-        return _recording(mechanism, scene, settings, motion, log, start, spent)
+        _integrate(motion, settings, samples, start, progress, log)
+    return motion, log, start, time.thread_time() - began
 
 
 def _integrate(
-    motion: Equations,
-    settings: Settings,
-    times: Array,
-    y: Array,
-    progress: Callable[[float], None] | None,
-    watch: ModeWatch,
-) -> _Log:
-    log = _Log(watch)
+    motion: Equations, settings: Settings, times: Array, y: Array, progress: Callable[[float], None] | None, log: _Log
+) -> None:
     try:
         _sample(motion, log, 0.0, y, progress)
         if settings.integrator == "DOP853":
             _adaptive(motion, log, settings, times, y, progress)
-            return log
+            return
         for t0, t1 in zip(times[:-1], times[1:], strict=True):
             y = _fixed(motion, log, settings, t0, t1, y)
             _sample(motion, log, t1, y, progress)
     except BlowUp as end:
         log.end = end
-    return log
 
 
 def _sample(motion: Equations, log: _Log, t: float, y: Array, progress: Callable[[float], None] | None) -> None:
-    with spent_on("record"):
-        log.instants.append(motion.instant(t, y))
+    if log.whole:
+        with spent_on("record"):
+            log.instants.append(motion.instant(t, y))
     log.t.append(float(t))
     log.y.append(y)
     if progress is not None:

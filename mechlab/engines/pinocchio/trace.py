@@ -17,7 +17,7 @@ import pinocchio as pin
 
 from mechlab.engines.pinocchio.form import rigid_constraints
 from mechlab.engines.pinocchio.model import PinModel, build
-from mechlab.engines.pinocchio.runner import run
+from mechlab.engines.pinocchio.runner import states
 from mechlab.engines.pinocchio.workspace import refuse_large
 from mechlab.engines.state import RATE_LIMIT
 from mechlab.experiment.laws import Law
@@ -166,7 +166,7 @@ def trace(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int, 
     and, for trees, LSODA with the tolerance of the settings (Baumgarte gains are those of a step of one output distance)."""
     times = np.linspace(0.0, scene.duration, outputs + 1)
     if not fits(mechanism, scene.laws):
-        return _slow(mechanism, scene, settings, times)
+        return states(mechanism, scene, settings, times)
     between = scene.duration / outputs
     each = 1 if settings.integrator in ("DOP853", "LSODA") else max(1, round(between / settings.timestep))
     h = between / each
@@ -240,9 +240,3 @@ def _lsoda(dynamics: ConstrainedDynamics, q: Array, v: Array, times: Array, tole
     found = integrate_lsoda(f, np.concatenate([q, v]), times, tolerance)
     spent = time.thread_time() - began
     return Trace(found.y[:, :nq], found.y[:, nq:], spent, found.steps, found.reason, found.evaluations)
-
-
-def _slow(mechanism: Mechanism, scene: Scene, settings: Settings, times: Array) -> Trace:
-    recording = run(mechanism, scene, settings, times)
-    end = [f.sentence for f in recording.health.findings if f.name == "blow_up"]
-    return Trace(recording.q, recording.v, recording.cost.cpu_s, recording.cost.steps, end[0] if end else "")

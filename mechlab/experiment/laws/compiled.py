@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,10 @@ from mechlab.experiment.laws.protocol import Law, LawStates, Plant
 from mechlab.experiment.motion_basis import TimeBasis
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
+
+if TYPE_CHECKING:
+    from mechlab.experiment.laws.inverse import InverseDynamics
+    from mechlab.mechanism.batch_dynamics import ManyEquations
 
 Indices = NDArray[Any]
 
@@ -97,7 +101,7 @@ class CompiledLaws:
             start = len(sums) + len(more)
             more += rows
             self._shaped.append((self._index[f.on], f.shape, slice(start, start + len(rows))))
-        self._controlled: list[tuple[slice | Array, Callable[[Plant, Array], Array], slice]] = []
+        self._controlled: list[tuple[slice | Array, InverseDynamics, slice]] = []
         for law in controllers:
             start, rows = len(sums) + len(more), [self._row(a, law) for a in law.commanded()]
             more += rows
@@ -174,6 +178,26 @@ class CompiledLaws:
                     self._grow()
                 out[k] += force
         return out, self._map.dot(out)
+
+    @property
+    def at_once(self) -> bool:
+        """Whether the forces at many states follow from formulas and inverse dynamics: no law is called, none has states."""
+        return not (self._others or len(self.states))
+
+    def many(self, t: Array, q: Array, v: Array, equations: Callable[[], ManyEquations]) -> tuple[Array, Array]:
+        """`forces` at P states at once, where they are known `at_once`: (P, targets) and (P, nv). NaN where computed torque has to solve a
+        state by itself. equations: those of the Mechanism at these states."""
+        z = np.empty((len(t), len(self._z)))
+        size, o = self._basis.size, self._order
+        z[:, :size] = self._basis.many(t)
+        z[:, size : size + o.nq], z[:, size + o.nq : size + o.nq + o.nv] = q, v
+        y = z @ self._rows.T
+        out = y[:, : self._count].copy()
+        for k, shape, arguments in self._shaped:
+            out[:, k] += [shape(*x) for x in y[:, arguments].tolist()]
+        for places, inverse, commands in self._controlled:
+            out[:, places] += inverse.many(equations(), y[:, commands])
+        return out, out @ self._map.T
 
     def _grow(self) -> None:
         """Room for a target that was not known."""

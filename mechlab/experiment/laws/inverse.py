@@ -20,6 +20,7 @@ from scipy.linalg import qr
 from scipy.linalg.lapack import dgesv
 
 from mechlab.experiment.laws.protocol import Plant
+from mechlab.mechanism.batch_dynamics import ManyEquations
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 
@@ -29,6 +30,8 @@ AGREE = 1e-10
 """Relative residual up to which rows that were left out agree with those that were taken: rounding is 1e-13."""
 FALLEN = 1e-3
 """Share of the first determinant above which no pivot is looked at."""
+CONDITION = 1e8
+"""Many states at once: one whose matrices lose more digits than this is left to the solution one by one."""
 TRIES = 10
 """After so many failures in a row the least-squares solution is taken for the rest of the run."""
 
@@ -71,6 +74,19 @@ class InverseDynamics:
                 return forces
             self._choice, self._failed = None, self._failed + 1
         return self._least_squares(plant, jacobian, bias, accelerations)
+
+    def many(self, equations: ManyEquations, accelerations: Array) -> Array:
+        """(P, k) forces that give `rows @ a = accelerations` (P, k) at P states at once; NaN where the state is to be solved by itself."""
+        jacobian = equations.rows
+        choice = self._choice
+        if choice is None or choice.count != jacobian.shape[1]:
+            choice = _choose(jacobian[0], self.rows, self.actuation) if len(jacobian) else None
+        if choice is None:
+            return np.full((len(jacobian), len(self.actuation)), np.nan)
+        try:
+            return choice.solve_many(equations, accelerations)
+        except np.linalg.LinAlgError:
+            return np.full((len(jacobian), len(self.actuation)), np.nan)
 
     def _least_squares(self, plant: Plant, jacobian: Array, bias: Array, accelerations: Array) -> Array:
         count = len(self.actuation)
@@ -142,6 +158,31 @@ class _Choice:
         if info or not self._regular(1, factors):
             return None
         return forces[: len(actuation)] if self.loose else forces
+
+    def solve_many(self, at: ManyEquations, commands: Array) -> Array:
+        """(P, k) forces, NaN where the choice does not fit the state or a matrix is near singular. Raises LinAlgError for a singular
+        one."""
+        m, count, k = self.m, len(at.rows), len(self.actuation)
+        matrix, right = np.tile(self.matrix, (count, 1, 1)), np.tile(self.right, (count, 1, 1))
+        matrix[:, :m] = at.rows[:, self.taken]
+        right[:, :m, 0], right[:, self.commanded, 0] = at.needed[:, self.taken], commands
+        solution = np.linalg.solve(matrix, right)
+        free, across = solution[:, :, 1:], np.swapaxes(solution[:, :, 1:], 1, 2)
+        system = np.swapaxes(self.actuation @ free, 1, 2)
+        if self.loose:
+            system = np.concatenate([system, -across @ (at.mass @ free[:, :, k:])], axis=2)
+        needed = (at.mass @ solution[:, :, :1])[..., 0] - at.push
+        inverse = np.linalg.inv(system)
+        forces = (inverse @ (across @ needed[..., None]))[:, :k, 0]
+        lost = [np.abs(a).max(axis=(1, 2)) * np.abs(b).max(axis=(1, 2)) for a, b in ((matrix, free), (system, inverse))]
+        good = (lost[0] < CONDITION) & (lost[1] < CONDITION) & np.isfinite(forces).all(axis=1)
+        if not self.whole:
+            gap = at.rows[:, self.left] @ solution
+            gap[..., 0] -= at.needed[:, self.left]
+            size = 1.0 + np.abs(solution).max(axis=1)
+            good &= (np.abs(gap).max(axis=1) <= AGREE * size).all(axis=1)
+        forces[~good] = np.nan
+        return np.asarray(forces)
 
     def _regular(self, which: int, factors: Array) -> bool:
         """Whether no pivot of one of the two factorisations is near zero, now or since the determinant was looked at."""

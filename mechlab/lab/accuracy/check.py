@@ -32,8 +32,8 @@ FIRST_INTERVAL = 20.0
 class CheckRunner:
     """Runs the cheapest engine other than `used` that can follow the scene, twice. Dry friction is not checked.
 
-    fastest: rate of the mechanism [1/s]. sharp: False where a low accuracy is enough: then a tree, which has no soft
-    rows, may take a quarter of the steps, and a tolerance is ten times as large. The constructor builds models.
+    fastest: rate of the mechanism [1/s]. sharp: False where a low accuracy is enough: then a check without soft rows, of a tree or
+    of MuJoCo by another engine, may take a quarter of the steps, and a tolerance is ten times as large. The constructor builds models.
     """
 
     def __init__(self, problem: Problem, used: str, fastest: float, sharp: bool = True) -> None:
@@ -81,7 +81,7 @@ def _check_settings(problem: Problem, used: str, fastest: float, sharp: bool) ->
     between = problem.scene.duration / problem.outputs
     few, most_steps = RULES.check_steps
     for rule in METHOD_RULES:
-        if rule.engine not in CHECK_ENGINES or rule.engine == used or rule.extrapolated:
+        if rule.engine not in CHECK_ENGINES or rule.engine == used or rule.order < 2.0:
             continue
         method = rule.method(problem)
         if method is None:
@@ -92,7 +92,8 @@ def _check_settings(problem: Problem, used: str, fastest: float, sharp: bool) ->
             coarse, fine = RULES.check_tolerances
             yield _CheckSetting(method, (looser * coarse, looser * fine), FIRST_INTERVAL * rule.evaluations * price)
             continue
-        fewer = not (sharp or problem.mechanism.loops or problem.mechanism.relations)
+        rigid = used == "mujoco" or not (problem.mechanism.loops or problem.mechanism.relations)
+        fewer = rigid and not sharp
         least = math.ceil(between * fastest / rule.stable) if rule.stable and fastest > 0.0 else 0
         for each in sorted({max(x, least) for x in ((few // 4, few // 2, few) if fewer else (few,))}):
             if each > most_steps:

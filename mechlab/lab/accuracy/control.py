@@ -23,7 +23,7 @@ from mechlab.experiment.ranges import unstopped_finding
 from mechlab.experiment.recording import Cost, Finding, Health, Recording, limit_finding, run_channels
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.integrate import work_done
-from mechlab.lab.accuracy.dense import BETWEEN, accelerations, law_forces
+from mechlab.lab.accuracy.dense import BETWEEN, driven, law_forces
 from mechlab.lab.accuracy.measure import ErrorMeasure, largest
 from mechlab.lab.accuracy.result import NeighbourMotion, Solution
 from mechlab.lab.accuracy.rules import default_budget
@@ -39,6 +39,8 @@ SAMPLED = 1.5
 CAPTURES, SHORTER = 3, 0.4
 """How often held rates are captured in less time, where that time is most of the error, and the share of the target that their
 next error, which is of first order in it, shall be."""
+EVERY, EVERY_ONE = 4, 16
+"""The runs compared with are recorded at every EVERYth output, and at the first ones, where motions start that die away at once."""
 STATES_SUFFICE = frozenset({"poses", "drive_forces"})
 
 ComparedRuns = tuple[tuple[Recording, float], ...]
@@ -126,13 +128,20 @@ def _of_states(m: Mechanism, scene: Scene, result: Solution, at: Sequence[float]
     """The runs that a recording of the estimated states is compared with; one more where it is interpolated between them."""
 
     def make(n: NeighbourMotion) -> Recording:
-        return motion_of(m, _captured(scene, n), replace(result, motion=n.motion, q=n.q, v=n.v), at)
+        return motion_of(m, _captured(scene, n), _some(result, n), ())
 
     with spent_on("probe"):
         others = _compared(result, make)
     if others and result.motion is None and np.setdiff1d(at, result.t).size:
         others += ((motion_of(m, scene, result, at, every=2), BETWEEN),)
     return others
+
+
+def _some(result: Solution, n: NeighbourMotion) -> Solution:
+    """Some of the states of a neighbour of a solution: see EVERY."""
+    count, t = len(result.t), result.t
+    some = np.union1d(np.arange(min(EVERY_ONE, count)), np.append(np.arange(0, count, EVERY), count - 1))
+    return replace(result, motion=n.motion, t=t[some], q=n.q[some], v=n.v[some])
 
 
 def _compared(result: Solution, make: Callable[[NeighbourMotion], Recording], more: float = 1.0) -> ComparedRuns:
@@ -181,14 +190,14 @@ def motion_of(mechanism: Mechanism, scene: Scene, result: Solution, at: Sequence
         states = result.motion.states(t, accelerations=True)
         assert states.a is not None
         q, v, a = states.q, states.v, states.a
-        forces = law_forces(mechanism, scene, t, q, v)[1]
+        forces = law_forces(mechanism, scene, t, q, v)
     else:
-        pushes, forces = law_forces(mechanism, scene, result.t, result.q, result.v)
-        q, v, a = result.q, result.v, accelerations(mechanism, result.q, result.v, pushes)
+        q, v = result.q, result.v
+        forces, a = driven(mechanism, scene, result.t, q, v)
         if len(t) > len(q) or every > 1:
             spline = BPoly.from_derivatives(result.t[::every], np.stack([q, v, a], axis=1)[::every])
             q, v, a = spline(t), spline.derivative()(t), spline.derivative(2)(t)
-            forces = law_forces(mechanism, scene, t, q, v)[1]
+            forces = law_forces(mechanism, scene, t, q, v)
     channels, units = run_channels(mechanism, q, v, a, forces)
     return Recording(
         mechanism, t, q, v, channels, units, settings=result.settings, scene=scene.name, name=mechanism.name,

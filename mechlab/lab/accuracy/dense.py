@@ -8,19 +8,19 @@ cubic with the fourth; it is seen by leaving out every second node, and BETWEEN 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
-from scipy.interpolate import BPoly
+from numpy.typing import NDArray
 
 from mechlab.engines.protocol import available, engine
 from mechlab.experiment.laws import applied_force
 from mechlab.experiment.laws.compiled import CompiledLaws
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.tree_plant import TreePlant
+from mechlab.lab.accuracy.measure import largest
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.batch_dynamics import BatchDynamics
-from mechlab.mechanism.batch_tree import BatchRows, BatchTree
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.parts import Joint, Shaft
 
@@ -28,7 +28,8 @@ BETWEEN = 0.125
 """Error of interpolation between the states, over its change when every second state is left out."""
 SOFTENED = 1e-9
 """Share of the largest element of J J^T added to its diagonal: redundant rows leave it regular."""
-CLOSINGS = 3
+CLOSINGS, SETTLED = 4, 1e-12
+"""Most steps of closing, and the gap [m, rad] after which one more step is the last: the Jacobian of that pose serves the rates too."""
 OF_VALUES_AND_RATES = frozenset(
     {"constant", "harmonic", "servo", "viscous", "viscous_between", "motor", "dc_motor", "table"}
 )
@@ -46,17 +47,72 @@ class DenseStates:
     near_v: Array
 
 
-def law_forces(m: Mechanism, scene: Scene, t: Array, q: Array, v: Array) -> tuple[Array, dict[str, Array]]:
-    """Of the laws, at states q (n, nq), v (n, nv) at times t (n,): generalised forces (n, nv), and joint or shaft -> (n,) force."""
+def law_forces(m: Mechanism, scene: Scene, t: Array, q: Array, v: Array) -> dict[str, Array]:
+    """Joint or shaft -> (n,) force of the laws at states q (n, nq), v (n, nv) at times t (n,)."""
     if not scene.laws:
-        return np.zeros_like(v), {}
+        return {}
     if all(law.kind == "constant" for law in scene.laws):
-        always, by_name = applied_force(m, scene.laws, 0.0, TreePlant(m))
-        return np.tile(always, (len(t), 1)), {name: np.full(len(t), x) for name, x in by_name.items()}
-    # most laws see values and rates alone; those that ask for the dynamics get it ten times faster from Pinocchio
-    simple = all(law.kind in OF_VALUES_AND_RATES for law in scene.laws)
-    plant = TreePlant(m) if simple or available("pinocchio") else engine("pinocchio").plant(m)
+        always = applied_force(m, scene.laws, 0.0, TreePlant(m))[1]
+        return {name: np.full(len(t), x) for name, x in always.items()}
     laws = CompiledLaws(m, scene.laws)
+    if not (laws.at_once and _scalar(m)):
+        return _one_by_one(m, laws, t, q, v)[0]
+    dynamics, made = _dynamics(m), []
+    for b in dynamics.blocks(len(t)):
+        made.append(laws.many(t[b], q[b], v[b], partial(dynamics.equations, q[b], v[b]))[0])
+    forces = np.concatenate(made)
+    return dict(zip(laws.targets, _completed(m, laws, t, q, v, forces, forces).T, strict=True))
+
+
+def driven(m: Mechanism, scene: Scene, t: Array, q: Array, v: Array) -> tuple[dict[str, Array], Array]:
+    """`law_forces`, and (n, nv) accelerations under them: rigid dynamics, without dry friction."""
+    if not _scalar(m):
+        return _with_balls(m, scene, t, q, v)
+    laws, dynamics = CompiledLaws(m, scene.laws), _dynamics(m)
+    named: dict[str, Array] = {}
+    pushes: Array | None = None
+    if not laws.at_once:
+        named, pushes = _one_by_one(m, laws, t, q, v)
+    found, forces = [], []
+    for b in dynamics.blocks(len(t)):
+        at = dynamics.equations(q[b], v[b])
+        if pushes is not None:
+            found.append(at.accelerations(pushes[b]))
+            continue
+        now, push = laws.many(t[b], q[b], v[b], lambda at=at: at)  # type: ignore[misc]
+        forces.append(_completed(m, laws, t[b], q[b], v[b], now, push))
+        found.append(at.accelerations(push))
+    if pushes is None:
+        named = dict(zip(laws.targets, np.concatenate(forces).T, strict=True))
+    return named, np.concatenate(found)
+
+
+def _scalar(m: Mechanism) -> bool:
+    return all(j.nv == 1 for j in m.joints)
+
+
+def _with_balls(m: Mechanism, scene: Scene, t: Array, q: Array, v: Array) -> tuple[dict[str, Array], Array]:
+    """`driven` of a mechanism with ball joints: Pinocchio is twenty times as fast as the numpy tree."""
+    named, pushes = _one_by_one(m, CompiledLaws(m, scene.laws), t, q, v)
+    return named, engine("numpy" if available("pinocchio") else "pinocchio").accelerations(m, q, v, pushes)
+
+
+def _completed(m: Mechanism, laws: CompiledLaws, t: Array, q: Array, v: Array, forces: Array, pushes: Array) -> Array:
+    """The forces (n, targets), with those that are not known yet from the states one by one; pushes (n, nv) likewise, in place."""
+    left = np.flatnonzero(~np.isfinite(forces).all(axis=1))
+    if len(left):
+        named, more = _one_by_one(m, laws, t[left], q[left], v[left])
+        if pushes is not forces:
+            pushes[left] = more
+        forces[left] = np.stack(list(named.values()), axis=1)
+    return forces
+
+
+def _one_by_one(m: Mechanism, laws: CompiledLaws, t: Array, q: Array, v: Array) -> tuple[dict[str, Array], Array]:
+    """`law_forces`, and (n, nv) generalised forces, by a call of the laws for each state."""
+    # most laws see values and rates alone; those that ask for the dynamics get it ten times faster from Pinocchio
+    simple = all(law.kind in OF_VALUES_AND_RATES for law in laws.laws)
+    plant = TreePlant(m) if simple or available("pinocchio") else engine("pinocchio").plant(m)
     made = []
     for k, x in enumerate(t.tolist()):
         laws.put(x, q[k], v[k])
@@ -64,15 +120,7 @@ def law_forces(m: Mechanism, scene: Scene, t: Array, q: Array, v: Array) -> tupl
     forces = np.zeros((len(t), len(laws.targets)))
     for row, (x, _) in zip(forces, made, strict=True):
         row[: len(x)] = x  # a law may have come to another joint later on
-    return np.array([x for _, x in made]), dict(zip(laws.targets, forces.T, strict=True))
-
-
-def accelerations(m: Mechanism, q: Array, v: Array, forces: Array) -> Array:
-    """(n, nv) at states q (n, nq), v (n, nv): rigid dynamics under the forces (n, nv), without dry friction."""
-    if all(j.nv == 1 for j in m.joints):
-        return _dynamics(m).accelerations(q, v, forces)
-    # of ball joints: Pinocchio is twenty times as fast as the numpy tree
-    return engine("numpy" if available("pinocchio") else "pinocchio").accelerations(m, q, v, forces)
+    return dict(zip(laws.targets, forces.T, strict=True)), np.array([x for _, x in made])
 
 
 @lru_cache(maxsize=8)
@@ -82,13 +130,37 @@ def _dynamics(m: Mechanism) -> BatchDynamics:
 
 def dense_states(m: Mechanism, scene: Scene, nodes: Array, q: Array, v: Array, t: Array) -> DenseStates:
     """The motion q (k, nv), v (k, nv) at the nodes (k,), k odd, at times t (n,). For joints of one coordinate."""
-    a = accelerations(m, q, v, law_forces(m, scene, nodes, q, v)[0])
-    poses, rates = np.stack([q, v, a], axis=1), np.stack([v, a], axis=1)
+    a = driven(m, scene, nodes, q, v)[1]
     # not the slope of the quintic, in which the errors of two positions appear divided by the step
-    every, second = ([BPoly.from_derivatives(nodes[::k], x[::k])(t) for x in (poses, rates)] for k in (1, 2))
-    closed, fewer = _closed(m, *every), _closed(m, *second)
+    every, second = ((quintic(nodes[::k], q[::k], v[::k], a[::k], t), cubic(nodes[::k], v[::k], a[::k], t)) for k in (1, 2))
+    closed, fewer = _closed(m, *every), _closed(m, *second, closings=1)
     near = (x + BETWEEN * (less - x) + (as_is - x) for x, less, as_is in zip(closed, fewer, every, strict=True))
     return DenseStates(*closed, *near)
+
+
+def _cells(nodes: Array, t: Array) -> tuple[NDArray[np.intp], Array, Array]:
+    """Number of the cell between nodes (k,) of each time (n,), its length (n, 1), and the place in it, 0 to 1 (n, 1)."""
+    k = np.clip(np.searchsorted(nodes, t, side="right") - 1, 0, len(nodes) - 2)
+    h = nodes[k + 1] - nodes[k]
+    return k, h[:, None], ((t - nodes[k]) / h)[:, None]
+
+
+def cubic(nodes: Array, x: Array, dx: Array, t: Array) -> Array:
+    """(n, m) at times t (n,) of the cubics through values x (k, m) and slopes dx (k, m) at the nodes (k,)."""
+    k, h, s = _cells(nodes, t)
+    r = 1.0 - s
+    near, far = x[k] * (1.0 + 2.0 * s) + h * s * dx[k], x[k + 1] * (1.0 + 2.0 * r) - h * r * dx[k + 1]
+    return np.asarray(r * r * near + s * s * far)
+
+
+def quintic(nodes: Array, x: Array, dx: Array, ddx: Array, t: Array) -> Array:
+    """(n, m) at times t (n,) of the quintics through values, slopes and second derivatives (k, m) at the nodes (k,)."""
+    k, h, s = _cells(nodes, t)
+    r = 1.0 - s
+    near = x[k] * (1.0 + s * (3.0 + 6.0 * s)) + h * s * (dx[k] * (1.0 + 3.0 * s) + 0.5 * h * s * ddx[k])
+    k = k + 1
+    far = x[k] * (1.0 + r * (3.0 + 6.0 * r)) - h * r * (dx[k] * (1.0 + 3.0 * r) - 0.5 * h * r * ddx[k])
+    return np.asarray(r**3 * near + s**3 * far)
 
 
 def with_difference(dense: DenseStates, nodes: Array, dq: Array, dv: Array, t: Array) -> tuple[Array, Array]:
@@ -109,17 +181,18 @@ def meets_range(m: Mechanism, q: Array) -> bool:
     return False
 
 
-def _closed(m: Mechanism, q: Array, v: Array) -> tuple[Array, Array]:
+def _closed(m: Mechanism, q: Array, v: Array, closings: int = CLOSINGS) -> tuple[Array, Array]:
     """The nearest closed poses, and the nearest rates that keep them closed."""
     if not (m.loops or m.relations):
         return q, v
-    rows = BatchRows(BatchTree(m))
-    for _ in range(CLOSINGS):
+    rows = _dynamics(m).rows
+    for _ in range(closings):
         residual, jacobian = rows.evaluate(q)
         back = _shortest(jacobian)
         q = q - (back @ residual[..., None])[..., 0]
-    jacobian = rows.evaluate(q)[1]
-    return q, v - (_shortest(jacobian) @ (jacobian @ v[..., None]))[..., 0]
+        if largest(residual) < SETTLED:
+            break
+    return q, v - (back @ (jacobian @ v[..., None]))[..., 0]
 
 
 def _shortest(jacobian: Array) -> Array:

@@ -31,7 +31,7 @@ CAPTURE_SHARE = 0.5
 TOLERANCE_SHARE = 2.0
 """Error of a channel over its change between a tolerance and a tenth of it, at most: LSODA's may fall by a third alone (flyball over
 0.5 s from 1e-8 to 1e-9)."""
-LONG_STEPS = 4.0
+LONG_STEPS = 1.5
 """Two runs with steps longer than the distance of the outputs may agree by chance: their change counts so many times."""
 KINK_RATIO = 16.0
 """With kinks in the motion the error is estimated as at least the change before the last over this ratio."""
@@ -46,7 +46,7 @@ class RefinedMethod:
     end; done [s], cpu_s: of all runs; failures: number of runs that failed; ended: why no sharper run can be made;
     recaptured: the best run once more, with half the time in which held rates are captured. longest: the longest first step,
     in distances of the outputs (a power of 2); a run with longer steps has fewer outputs, at its steps. dense: the last run at all
-    outputs, where its steps are longer.
+    outputs, where its steps are longer; filled: the error that this adds, once `fill` was called.
     """
 
     rule: MethodRule
@@ -68,6 +68,7 @@ class RefinedMethod:
     recaptured: Trace | None = None
     longest: int = 1
     dense: DenseStates | None = None
+    filled: float | None = None
 
     @property
     def times(self) -> Array:
@@ -81,6 +82,11 @@ class RefinedMethod:
     def fill(self) -> float:
         """Make the states of the last run at all outputs, and return the error [unit] that this adds: 0 where its steps are no longer
         than their distance, infinite where it meets the end of a range between them."""
+        if self.filled is None:
+            self.filled = self._fill()
+        return self.filled
+
+    def _fill(self) -> float:
         q, v = self.tables[-1][-1]
         self.dense = None
         if len(q) == self.problem.outputs + 1:
@@ -191,7 +197,7 @@ class RefinedMethod:
         except (MechlabError, ArithmeticError, ValueError, np.linalg.LinAlgError) as cause:
             self._note_failure(str(cause))
             return
-        self.work = work
+        self.work, self.filled = work, None
         if not trace.complete or not np.all(np.isfinite(trace.q)) or len(trace.q) != self._outputs(value) + 1:
             self.values.append(value)
             self._note_failure(trace.reason or "the state is not finite")

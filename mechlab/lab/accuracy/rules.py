@@ -56,6 +56,8 @@ class MethodRule:
     times the fastest rate of the mechanism (0: no limit). extrapolated: whether the runs are combined (Richardson).
     error_left: (c, p) of the usual error c tolerance^p of a run, which sets the first tolerance (c = 0: the coarsest).
     evaluations: expected number in an output interval under a tolerance, before the first run.
+    least: the smallest error [m or rad] that it is tried for, and only where steps are short for other reasons than that error:
+    rates that are fast for the outputs, or kinks (0: always).
     """
 
     name: str
@@ -68,6 +70,7 @@ class MethodRule:
     extrapolated: bool = False
     error_left: tuple[float, float] = (0.0, 1.0)
     evaluations: float = 1.0
+    least: float = 0.0
 
     def method(self, problem: Problem) -> Method | None:
         """The method of the registry that this rule selects for a problem; None where there is none. Without loops and
@@ -85,6 +88,7 @@ its target, and times 2 for other problems."""
 METHOD_RULES: tuple[MethodRule, ...] = (
     MethodRule("MuJoCo RK4", "mujoco", "RK4", "hard", "step", 4.0, 2.2),
     MethodRule("MuJoCo discrete, extrapolated", "mujoco", "discrete", "hard", "step", 1.0, 0.0, True),
+    MethodRule("MuJoCo implicitfast", "mujoco", "implicitfast", "hard", "step", 1.0, 1.1, least=1e-4),
     MethodRule("Pinocchio RK4", "pinocchio", "RK4", "soft", "step", 4.0, 2.2),
     MethodRule(
         "LSODA on MuJoCo's tree", "mujoco", "LSODA", "exact", "tolerance", 5.0, error_left=LSODA_ERROR, evaluations=25.0

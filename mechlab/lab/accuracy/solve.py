@@ -34,7 +34,7 @@ from mechlab.lab.accuracy.result import (
 from mechlab.lab.accuracy.rules import METHOD_RULES, RULES, default_budget
 from mechlab.lab.design import Design
 from mechlab.lab.fastest_rate import command_rate, fastest_rate
-from mechlab.lab.methods import Problem
+from mechlab.lab.methods import Problem, has_kinks
 from mechlab.mechanism.batch_tree import BatchRows, BatchTree
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import structure
@@ -216,7 +216,11 @@ def _usable(one: RefinedMethod, freedoms: int) -> bool:
         return False
     if one.rule.engine == "one_freedom" and freedoms != 1:
         return False
-    if one.rule.extrapolated and (m.loops or m.relations or not why_no_smooth_tree(m, one.problem.scene.laws)):
+    kinks = has_kinks(one.problem.scene)
+    if one.rule.extrapolated and (kinks or m.loops or m.relations or not why_no_smooth_tree(m, one.problem.scene.laws)):
+        return False
+    between = one.problem.scene.duration / one.problem.outputs
+    if one.rule.least and (one.target < one.rule.least or not (kinks or one.fastest * between > 1.0)):
         return False
     method = one.rule.method(one.problem)
     return method is not None and not method.available(one.problem)

@@ -1,35 +1,51 @@
-"""The ledger of printed claims: what a source says, what the witnesses compute, the verdict; and the figure of the source."""
+"""The ledger of printed claims: what a source says, what the witnesses compute, the verdict."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
-from mechlab.errors import MechlabError
 from mechlab.experiment.entry import Claim, ClaimResult, Entry, Verdict
-from mechlab.files import unfinished
+from mechlab.experiment.figure import SourceFigure
+from mechlab.experiment.publication import Publication
 from mechlab.results import Shown
+from mechlab.studies.check.figures import Drawn, described
 
 
 @dataclass(frozen=True, repr=False)
 class ClaimReport(Shown):
-    """Claims with their findings; `figure`: the file of the figure that was drawn, if any."""
+    """Claims with their findings; the figures of the sources that there are, and those that were computed."""
 
     items: tuple[tuple[str, Claim, ClaimResult], ...]
-    figure: str = ""
+    available: tuple[tuple[str, SourceFigure], ...] = ()
+    figures: tuple[Drawn, ...] = ()
+    warnings: tuple[str, ...] = ()
     exit_code: int = 0
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON-able form: {"claims": [{"id", "where", "text", "printed", "computed", "verdict"}]}."""
+        """JSON-able form: {"claims": [{"id", "source", "where", "text", "printed", "computed", "verdict", "kind"}], "sources", "figures"}.
+
+        source: the label of a publication of `sources`; formerly: an older id, where there was one. figures: those that were computed,
+        with their readings, else all that there are.
+        """
         rows = []
         for mechanism, claim, finding in self.items:
             rows.append(
-                {"mechanism": mechanism, "id": claim.id, "where": claim.where, "text": claim.text, "printed": claim.printed,
-                 "computed": finding.computed, "verdict": finding.sentence, "kind": finding.verdict.value}
+                {"mechanism": mechanism, "id": claim.id, "source": claim.source.label, "where": claim.where, "text": claim.text,
+                 "printed": claim.printed, "computed": finding.computed, "verdict": finding.sentence,
+                 "kind": finding.verdict.value} | ({"formerly": claim.formerly} if claim.formerly else {})
             )  # fmt: skip
-        return {"claims": rows, "counts": self.counts} | ({"figure": self.figure} if self.figure else {})
+        sources = [p.to_dict() for p in self.publications]
+        known = [x.to_dict() for x in self.figures] or [described(*x) for x in self.available]
+        files = [x.file for x in self.figures if x.file]
+        made = ({"figure": files[0]} if files else {}) | ({"warnings": list(self.warnings)} if self.warnings else {})
+        return {"claims": rows, "sources": sources, "counts": self.counts, "figures": known} | made
+
+    @property
+    def publications(self) -> tuple[Publication, ...]:
+        """The sources of the claims, each once, in the order of the claims."""
+        return tuple(dict.fromkeys(claim.source for _, claim, _ in self.items))
 
     @property
     def counts(self) -> dict[str, int]:
@@ -39,27 +55,5 @@ class ClaimReport(Shown):
 
 def run_claims(entries: Sequence[Entry]) -> ClaimReport:
     """Test every claim of the entries anew."""
-    return ClaimReport(tuple((e.name, c, c.test()) for e in entries for c in e.claims))
-
-
-SUFFIXES = (".png", ".svg", ".pdf")
-
-
-def write_figure(entries: Sequence[Entry], path: str | Path) -> Path:
-    """Draw the figure of the one entry that has one to `path` (.png, .svg or .pdf).
-
-    Raises MechlabError for another suffix, and when not exactly one of the entries has a figure.
-    """
-    target = Path(path)
-    if target.suffix.lower() not in SUFFIXES:
-        raise MechlabError(f"figure {target}: expected a name that ends in {', '.join(SUFFIXES)}.")
-    able = [e for e in entries if e.figure is not None]
-    if len(able) != 1 or able[0].figure is None:
-        names = ", ".join(e.name for e in able) or "none"
-        raise MechlabError(
-            f"a figure is drawn for one mechanism; of {', '.join(e.name for e in entries)} these have one: {names}. "
-            "Name that one."
-        )
-    with unfinished(target) as temporary:
-        able[0].figure(temporary)
-    return target
+    tested = tuple((e.name, c, c.test()) for e in entries for c in e.claims)
+    return ClaimReport(tested, tuple((e.name, f) for e in entries for f in e.figures))

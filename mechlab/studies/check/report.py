@@ -5,6 +5,8 @@ from __future__ import annotations
 from mechlab.results import html_of, line_of, text_of
 from mechlab.studies.check.check import CheckReport
 from mechlab.studies.check.claims import ClaimReport
+from mechlab.studies.check.figures import HEADERS as FIGURE_HEADERS
+from mechlab.studies.check.figures import Drawn
 from mechlab.tables import counted, html_sheet, number, table
 
 HEADERS = ("mechanism", "check", "verdict", "difference", "tolerance", "what", "witnesses")
@@ -44,15 +46,27 @@ def _(report: ClaimReport) -> str:
 
 @text_of.register
 def _(report: ClaimReport) -> str:
-    """A block for each claim, and the counts."""
+    """A block for each claim, the sources, and the counts."""
     blocks = []
     for mechanism, claim, finding in report.items:
         rows = [["printed", number(claim.printed, 6)]] + [[k, number(v, 6)] for k, v in finding.computed.items()]
-        blocks.append(
-            f"{mechanism} {claim.id} ({claim.where})\n{claim.text}\n{table(['who', 'says'], rows)}\n=> {finding.sentence}"
-        )
-    drawn = [f"figure: {report.figure}"] if report.figure else []
-    return "\n\n".join([*blocks, f"{len(report.items)} claims: {_counts(report)}.", *drawn])
+        head = f"{mechanism} {claim.id} ({claim.source.label}, {claim.where})\n{claim.text}"
+        blocks.append(f"{head}\n{table(['who', 'says'], rows)}\n=> {finding.sentence}")
+    sources = "\n".join(f"{p.label}: {p.citation}" for p in report.publications)
+    blocks += [f"Sources\n{sources}"] if sources else []
+    drawn = [_figure_text(x) for x in report.figures]
+    if report.available and not drawn:
+        names = ", ".join(f"{m} {f.name}" for m, f in report.available)
+        drawn = [f"Figures of the sources: {names}. --figure N -o FILE draws one."]
+    told = [f"warning: {w}" for w in report.warnings]
+    return "\n\n".join([*blocks, f"{len(report.items)} claims: {_counts(report)}.", *drawn, *told])
+
+
+def _figure_text(drawn: Drawn) -> str:
+    """A figure as text: what it shows, what is read from it, its file."""
+    rows = [[r.what, number(r.printed, 6), number(r.ours, 6), r.unit] for r in drawn.drawing.readings]
+    read = [table(FIGURE_HEADERS, rows)] if rows else []
+    return "\n".join([f"{drawn.mechanism} {drawn.figure.name}: {drawn.figure.shows}", *read, *([drawn.file] if drawn.file else [])])
 
 
 def _counts(report: ClaimReport) -> str:

@@ -24,11 +24,11 @@ from mechlab.analytic.bspline import (
     simpson_bound,
     simpson_spans,
 )
-from mechlab.errors import MechlabError, NoSolution, unknown
+from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.question import Answer, Answers, Question
 from mechlab.kit.curve_file import read_curve
-from mechlab.lab.ask import numeric
 from mechlab.mechanism import Status
+from mechlab.studies.direct.keys import known_keys, number_of
 
 NAME = "toolpath"
 BRAKING = {"speed": "m/s", "exit_speed": "m/s", "deceleration": "m/s2"}
@@ -52,12 +52,10 @@ def solve_toolpath(values: Mapping[str, Any]) -> Answers:
     Raises MechlabError for an unknown or missing key, a bad file, a place outside its limits, or speeds that need no
     braking.
     """
-    for key in values:
-        if key not in ("curve", *KEYS):
-            raise unknown(f"{NAME}: quantity", key, ("curve", *KEYS))
+    known_keys(NAME, values, ("curve", *KEYS))
     if "curve" not in values:
         raise MechlabError(f"{NAME}: curve is missing; give curve=FILE.json with the keys degree, knots, points.")
-    numbers = {k: _number(k, v) for k, v in values.items() if k != "curve"}
+    numbers = {k: number_of(NAME, k, v, KEYS[k], k in PLACE) for k, v in values.items() if k != "curve"}
     if _brakes(numbers):
         missing = [k for k in ("speed", "deceleration") if k not in numbers]
         if missing:
@@ -70,18 +68,6 @@ def solve_toolpath(values: Mapping[str, Any]) -> Answers:
     return Answers(
         QUESTION.name, answers, units=QUESTION.units, parameters={"curve": str(values["curve"])}, given=numbers
     )
-
-
-def _number(key: str, value: Any) -> Any:
-    """A number without or with its right unit; for a place also an array. Raises MechlabError for anything else."""
-    number = numeric(key, value)
-    items = value if isinstance(value, tuple | list) else (value,)
-    strange = [x for x in items if getattr(x, "unit", KEYS[key]) != KEYS[key]]
-    if strange or (key in BRAKING and not isinstance(number, float)):
-        wanted = f"a number [{KEYS[key]}]" if KEYS[key] else "a number without a unit"
-        got = f"one in {strange[0].unit}" if strange else repr(value)
-        raise MechlabError(f"{NAME}: {key}: expected {wanted}, got {got}.")
-    return number
 
 
 def _brakes(given: Mapping[str, Any]) -> bool:

@@ -1,0 +1,130 @@
+"""Printed claims of the paper on the inertial-impulse transmission: its figures, the ratio q that they are drawn with, torque."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mechlab.analytic.impulse import periodic_orbit
+from mechlab.catalog.impulse_transmission.claims import LEDGER
+from mechlab.catalog.impulse_transmission.ratio import AXES, CANDIDATES, fits
+from mechlab.catalog.impulse_transmission.scenes import FIGURE_7, SPEED, beta_at_constant_speed, of_scene, simulate
+from mechlab.kit.claims import Evidence, above, cannot, equals, evidence, fails, holds, none, only_if, true, unreadable
+
+
+@LEDGER.claim(
+    "M11", "figures 2 and 3", "At constant input speed the output is nearly the same at first, and not later.", "figures 2, 3",
+    holds("they part by little early and by a slip of phase later. The numbers -4 and 4 on the axis of figure 2 fit {fitting} only",
+          when=above(1.0, "growth")),
+    fails("the difference does not grow"),
+)  # fmt: skip
+def figures_2_and_3() -> Evidence:
+    """Full model against constant input speed at 0.08 s and 0.45 s, both readings of the torques."""
+    computed: dict[str, Any] = {}
+    gaps = []
+    for name in ("fig2", "fig2-swapped"):
+        p = of_scene(name)
+        y = simulate(p, np.array([0.0, 0.08, 0.45]), 1e-9)[0]
+        for k, t in ((1, 0.08), (2, 0.45)):
+            constant = beta_at_constant_speed(p, t)
+            computed[f"{name}: beta at {t} s, with motor and at constant speed [rad]"] = [float(y[k, 1]), constant]
+            gaps.append(abs(float(y[k, 1]) - constant))
+    for fit in fits():
+        if not fit.order_exchanged:
+            computed[f"q = {fit.q}: range of beta' in 0.08 s, printed axis -4 to 4 [rad/s]"] = list(fit.ranges["figure 2"])
+    fitting = " and ".join(f.q for f in fits() if f.misfits["figure 2"] == 0.0) or "no candidate of q"
+    return evidence(computed, growth=[gaps[1] / gaps[0], gaps[3] / gaps[2]], fitting=f"q = {fitting}")
+
+
+@LEDGER.claim(
+    "M12", "figure 4", "The phase paths come to a limit cycle.", "beta from -0.3 to 0.3 rad",
+    fails("the loop leaves the printed axes", when=none("early")),
+    only_if("one looks at 0.3 s: nothing holds beta (c = 0), it drifts; the loop closes in beta' only", when=none("late")),
+    holds(),
+)  # fmt: skip
+def figure_4() -> Evidence:
+    """Range of the loop, and its drift within 1 s."""
+    p = of_scene("fig4")
+    y = simulate(p, np.linspace(0.0, 1.0, 4001), 1e-9)[0]
+    early, late = y[:1201, 1], y[2800:, 1]
+    constant = beta_at_constant_speed(p, 0.3)
+    return evidence({
+        "analytic: range of beta in 0.3 s [rad]": [float(early.min()), float(early.max())],
+        "analytic: range of beta from 0.7 s to 1 s [rad]": [float(late.min()), float(late.max())],
+        "analytic: beta at 0.3 s, with motor and at constant speed [rad]": [float(early[-1]), constant],
+    }, **{name: AXES["figure 4"].inside(x.min(), x.max()) for name, x in (("early", early), ("late", late))})  # fmt: skip
+
+
+@LEDGER.claim(
+    "M13", "figure 5", "Between 4 s and 5 s the output turns from 18.4 to 19.4 rad with ripple.", [18.4, 19.4],
+    holds(when=true("from_rest")),
+    only_if("it starts from another state, which is not printed, and q is {fitting}: only there a second of the steady rotation is as long "
+            "as the printed axis", when=above(0.0, "count")),
+    fails("no candidate of q has a steady rotation as slow as the printed axis"),
+)  # fmt: skip
+def figure_5() -> Evidence:
+    """One-way rotation and ripple between 4 s and 5 s, from rest with q = 4/3, and the steady rotation for every candidate."""
+    computed: dict[str, Any] = {}
+    hits = []
+    for name in ("fig5", "fig5-swapped"):
+        y = simulate(of_scene(name), np.concatenate([[0.0], np.linspace(4.0, 5.0, 201)]), 1e-7)[0][1:, 1]
+        computed[f"{name}: range of beta between 4 s and 5 s from rest [rad]"] = [float(y.min()), float(y.max())]
+        hits.append(AXES["figure 5"].misfit(y.min(), y.max()) == 0.0)
+    for fit in fits():
+        low, high = fit.ranges["figure 5"]
+        computed[f"q = {fit.q}, {fit.order}: turn within 1 s of the steady rotation, printed axis 1 [rad]"] = high - low
+    fitting = sorted({f.q for f in fits() if f.misfits["figure 5"] == 0.0})
+    return evidence(computed, from_rest=any(hits), fitting=" or ".join(fitting), count=len(fitting))
+
+
+@LEDGER.claim(
+    "M14", "figure 7", "Loop of beta within -0.1 to 0.08 rad.", [-0.1, 0.08],
+    only_if("q = {fitting}: the loops of the other candidates end more than a step of the grid from the printed numbers",
+            when=above(0.0, "count")),
+    fails("no candidate of q fits the axis"),
+)  # fmt: skip
+def figure_7() -> Evidence:
+    """Loop at constant speed against the printed axis, for every candidate of q."""
+    found = {f.q: f for f in fits()}
+    computed: dict[str, Any] = {f"q = {q}: range of beta, three harmonics [rad]": list(f.ranges["figure 7"]) for q, f in found.items()}
+    orbit = periodic_orbit(FIGURE_7, SPEED)
+    computed["q = 4/3, shooting: amplitude of beta [rad], beta' at psi = 0 [rad/s]"] = [abs(float(orbit.sines[0])), float(orbit.start[1])]
+    fitting = [q for q, f in found.items() if f.misfits["figure 7"] == 0.0]
+    return evidence(computed, fitting=" or ".join(fitting), count=len(fitting))
+
+
+@LEDGER.claim(
+    "M15", "figures 8 and 9", "Loops of other parameter sets.", "figures 8, 9",
+    cannot("the text gives no parameter values, only axis labels"),
+)  # fmt: skip
+def figures_8_and_9() -> Evidence:
+    """No parameter values in the text."""
+    return evidence({"source: parameter values in the text": "none"})
+
+
+@LEDGER.claim(
+    "M16", "lists of parameters", "The ratio q, a damaged fraction with a 4 above the line.", "4/5 or 4/3",
+    holds("q = {best}: it alone fits all readable axes", when=equals("fitting_all", 1)),
+    unreadable("undecided: no candidate fits the axes of figures 2, 4, 5 and 7 together. q = {best} leaves least ({least:.2g} of an "
+               "axis), but its loop of figure 7 is {loop:.2g} times too large; without figure 2, whose numbers may have lost digits, "
+               "q = {other} leaves least ({least_without:.2g}). Of the fractions with a 4 only {with_4} fits figure 7: it is the default. "
+               "M1 before Mn, as the lists are read, fits figure 2 better than exchanged for {better} of {count} candidates"),
+)  # fmt: skip
+def ratio() -> Evidence:
+    """Misfit of each candidate and order of the torques: figures 2, 4, 5, 7, all, and all but figure 2."""
+    computed: dict[str, Any] = {}
+    for f in fits():
+        computed[f"q = {f.q}, {f.order}: misfit of figures 2, 4, 5, 7"] = list(f.misfits.values())
+        computed[f"q = {f.q}, {f.order}: root mean square, and without figure 2"] = [f.total, f.without("figure 2")]
+    best, other = fits()[0], min(fits(), key=lambda f: f.without("figure 2"))
+    second = {(f.q, f.order_exchanged): f.misfits["figure 2"] for f in fits()}
+    with_4 = sorted({f.q for f in fits() if f.q.startswith("4/") and f.misfits["figure 7"] == 0.0})
+    return evidence(
+        computed, best=best.q, least=best.total, other=other.q, least_without=other.without("figure 2"),
+        with_4=" or ".join(with_4) or "none", better=sum(second[q, False] < second[q, True] for q in CANDIDATES), count=len(CANDIDATES),
+        fitting_all=sum(f.total == 0.0 for f in fits()), loop=best.ranges["figure 7"][1] / (AXES["figure 7"].high + AXES["figure 7"].step),
+    )  # fmt: skip
+
+
+CLAIMS = LEDGER.claims

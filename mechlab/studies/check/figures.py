@@ -1,0 +1,196 @@
+"""The figures of the sources: which of them a user asks for, and their pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from textwrap import fill
+from typing import Any
+
+from mechlab.errors import MechlabError, unknown
+from mechlab.experiment.entry import Entry
+from mechlab.experiment.figure import Curve, Drawing, Panel, SourceFigure
+from mechlab.files import unfinished
+from mechlab.studies.picture_style import fewer_colors, new_figure, open_frame
+
+SUFFIXES = (".png", ".svg", ".pdf")
+ALL = "all"
+"""The name that stands for every figure."""
+HEADERS = ("read from the figure", "printed", "ours", "unit")
+COLORS = ("#0072b2", "#d55e00", "#009e73", "#a64d79", "#3b3b3b", "#b58900")
+"""Colors that color-blind people can tell apart."""
+PRINTED, INK, FAINT = "#c1121f", "#1b2330", "#5b6470"
+LOOKS: dict[str, dict[str, Any]] = {
+    "solid": {"lw": 1.3}, "thick": {"lw": 2.4}, "thin": {"lw": 0.6}, "dashed": {"lw": 1.3, "ls": (0, (5, 3))},
+    "dotted": {"lw": 1.3, "ls": (0, (1, 2))}, "dots": {"ls": "", "marker": ".", "ms": 2.2}, "crosses": {"ls": "", "marker": "x", "ms": 6.0},
+}  # fmt: skip
+WIDTH, HEIGHT, DPI = 10.0, 4.8, 100
+"""Size of a picture [inch] with one row of panels, and its pixels per inch: legible on a sheet without a click."""
+FEW_COLORS, MOST_BYTES = (192, 96, 64, 40), 60_000
+"""Colors of a .png: as many as keep it below so many bytes, at least the last number."""
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A figure that was computed: of which mechanism, what it holds, and its file, if one was written."""
+
+    mechanism: str
+    figure: SourceFigure
+    drawing: Drawing
+    file: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON-able form, with the readings."""
+        readings = [{"what": r.what, "printed": r.printed, "ours": r.ours, "unit": r.unit} for r in self.drawing.readings]
+        return described(self.mechanism, self.figure) | {"readings": readings} | ({"file": self.file} if self.file else {})
+
+
+def described(mechanism: str, figure: SourceFigure) -> dict[str, Any]:
+    """A figure that was not computed, in JSON-able form."""
+    return {
+        "mechanism": mechanism, "name": figure.name, "shows": figure.shows, "source": figure.source.label, "claims": list(figure.claims),
+    }  # fmt: skip
+
+
+def figures_of(entries: Sequence[Entry], name: str) -> list[tuple[Entry, SourceFigure]]:
+    """The figures that `name` asks for: a figure as printed, its number, or "all". Raises MechlabError where there is none."""
+    exist = [(e, f) for e in entries for f in e.figures]
+    chosen = [(e, f) for e, f in exist if name == ALL or f.is_called(name)]
+    if not exist:
+        raise MechlabError(f"figure: {', '.join(e.name for e in entries)} has no figures of a source; `mechlab claims` lists those of all.")
+    if not chosen:
+        raise unknown("figure", name, [f"{e.name}: {f.name}" for e, f in exist])
+    return chosen
+
+
+def make_figures(entries: Sequence[Entry], name: str, out: str | Path | None = None) -> list[Drawn]:
+    """Compute the figures that `name` asks for, and draw them: one into a file (.png, .svg, .pdf), or each into the folder `out`.
+
+    Raises MechlabError for an unknown name, for another suffix, and for several figures into one file.
+    """
+    chosen = figures_of(entries, name)
+    target = None if out is None else Path(out)
+    if target is not None and target.suffix:
+        checked_suffix(target)
+        if len(chosen) > 1:
+            names = ", ".join(f"{e.name}: {f.name}" for e, f in chosen)
+            raise MechlabError(f"out: {target} is one file for {len(chosen)} figures ({names}); name one of them, or a folder.")
+    made = []
+    for entry, figure in chosen:
+        drawing, file = figure.draw(), target
+        if target is not None and not target.suffix:
+            file = target / f"{entry.name}_{figure.stem}.png"
+        made.append(Drawn(entry.name, figure, drawing, str(write_picture(figure, drawing, file)) if file else ""))
+    return made
+
+
+def checked_suffix(path: Path) -> None:
+    """Raises MechlabError for a file that is no picture of a known kind."""
+    if path.suffix.lower() not in SUFFIXES:
+        raise MechlabError(f"figure {path}: expected a name that ends in {', '.join(SUFFIXES)}.")
+
+
+def write_picture(figure: SourceFigure, drawing: Drawing, path: Path) -> Path:
+    """Draw a figure into a file, in the format of its suffix."""
+    import matplotlib
+
+    with matplotlib.rc_context({"svg.hashsalt": "mechlab", "font.size": 10, "text.color": INK, "path.simplify_threshold": 0.5}):
+        picture = _picture(figure, drawing)
+        with unfinished(path) as temporary:
+            picture.savefig(temporary, metadata={"Date": None} if path.suffix == ".svg" else None)
+            if path.suffix == ".png":
+                _keep_small(temporary)
+    return path
+
+
+def _keep_small(picture: Path) -> None:
+    for colors in FEW_COLORS:
+        fewer_colors(picture, colors)
+        if picture.stat().st_size < MOST_BYTES:
+            return
+
+
+def _picture(figure: SourceFigure, drawing: Drawing) -> Any:
+    columns = min(drawing.columns, len(drawing.panels))
+    rows = -(-len(drawing.panels) // columns)
+    width = WIDTH if columns > 1 else 0.75 * WIDTH
+    picture = new_figure(width, HEIGHT * rows + 0.3, DPI, layout="constrained")
+    title = fill(f"{figure.name[:1].upper()}{figure.name[1:]}. {figure.shows}", int(width * 13))
+    picture.suptitle(title, fontsize=11, x=0.01, ha="left")
+    for axes, panel in zip(picture.subplots(rows, columns, squeeze=False).ravel(), drawing.panels, strict=False):
+        _draw_panel(axes, panel, 2 if columns == 1 else 1)
+    for axes in picture.axes[len(drawing.panels) :]:
+        axes.remove()
+    if drawing.text:
+        picture.supxlabel(fill(drawing.text, int(width * 15)), fontsize=9, color=FAINT, x=0.01, ha="left")
+    return picture
+
+
+def _draw_panel(axes: Any, panel: Panel, columns: int) -> None:
+    following = 0
+    for curve in panel.curves:
+        color = following if curve.color is None else curve.color
+        following += curve.color is None
+        _draw_curve(axes, curve, COLORS[color % len(COLORS)])
+    if "x" in panel.log:
+        axes.set_xscale("log")
+    if "y" in panel.log:
+        axes.set_yscale("log")
+    _draw_printed(axes, panel)
+    for note in panel.notes:
+        arrow = {"arrowprops": {"arrowstyle": "->", "color": FAINT}} if note.to else {}
+        put = axes.annotate(note.text, note.to or (note.x, note.y), (note.x, note.y), fontsize=8.5, color=INK, **arrow)
+        put.set_in_layout(False)
+    axes.set_title(panel.title, fontsize=10, loc="left")
+    axes.set(xlabel=panel.x, ylabel=panel.y)
+    for side in "xy":
+        if side not in panel.log:
+            axes.locator_params(axis=side, nbins=7)
+    if panel.x_range:
+        axes.set_xlim(panel.x_range)
+    if panel.y_range:
+        axes.set_ylim(panel.y_range)
+    if panel.equal:
+        axes.set_aspect("equal", adjustable="datalim")
+    axes.grid(True, color="#e3e6ea", lw=0.6)
+    axes.set_axisbelow(True)
+    open_frame(axes)
+    if axes.get_legend_handles_labels()[1]:
+        axes.legend(fontsize=8.5, frameon=False, loc="upper left", bbox_to_anchor=(-0.02, -0.13), ncols=columns)
+
+
+def _draw_curve(axes: Any, curve: Curve, color: str) -> None:
+    for k, (x, y) in enumerate(zip(*curve.lines, strict=True)):
+        axes.plot(x, y, color=color, label=curve.label if k == 0 and curve.label else None, **LOOKS[curve.style])
+
+
+def _draw_printed(axes: Any, panel: Panel) -> None:
+    """What the source prints, all of it in one color: marks, the ticks of its axes, and the window between the outermost ticks."""
+    from matplotlib.patches import Rectangle
+
+    label: str | None = "printed in the source"
+    for mark in panel.marks:
+        if mark.x is not None and mark.y is not None:
+            axes.plot([mark.x], [mark.y], "D", color=PRINTED, ms=5, label=label)
+        elif mark.x is not None:
+            axes.axvline(mark.x, color=PRINTED, lw=1.0, ls="--", label=label)
+        else:
+            axes.axhline(mark.y, color=PRINTED, lw=1.0, ls="--", label=label)
+        label = None
+        where = (mark.x if mark.x is not None else 0.01, mark.y if mark.y is not None else 0.02)
+        across = axes.get_yaxis_transform() if mark.x is None else axes.get_xaxis_transform() if mark.y is None else axes.transData
+        put = axes.annotate(mark.text, where, (4, 4), xycoords=across, textcoords="offset points", fontsize=8.5, color=PRINTED)
+        put.set_in_layout(False)
+    for ticks, across, marker in (
+        (panel.printed_x, axes.get_xaxis_transform(), 2), (panel.printed_y, axes.get_yaxis_transform(), 1),
+    ):  # fmt: skip
+        if not ticks:
+            continue
+        low = [0.0] * len(ticks)
+        xy = (ticks, low) if marker == 2 else (low, ticks)
+        axes.plot(*xy, ls="", marker=marker, ms=9, mew=2.0, color=PRINTED, transform=across, clip_on=False, zorder=4,
+                  label="numbers on the printed axes" if marker == 2 or not panel.printed_x else None)  # fmt: skip
+    if panel.printed_x and panel.printed_y:
+        (left, right), (low_y, high_y) = ((min(t), max(t)) for t in (panel.printed_x, panel.printed_y))
+        axes.add_patch(Rectangle((left, low_y), right - left, high_y - low_y, fill=False, ec=PRINTED, lw=0.9, ls=(0, (4, 3))))
