@@ -29,7 +29,7 @@ Whole = Annotated[int, 0]
 Count = Annotated[int, 1]
 """A whole number of at least 1."""
 Engine = Literal["mujoco", "file", "pinocchio", "hybrid", "one_freedom", "analytic"]
-Task = Literal["motion", "planetary", "gear_linkage", "closed_differential"]
+Task = Literal["motion", "path", "function", "straight_line", "dwell", "planetary", "gear_linkage", "closed_differential"]
 File = str | Path
 Progress = Callable[[int, int], None]
 """Called with (done, total) while a verb works."""

@@ -22,7 +22,7 @@ from mechlab.api.arguments import (
     key_values,
     silent,
 )
-from mechlab.api.finding import Source, design_and_rest, load_design, open_source, sweep_command, travelling
+from mechlab.api.finding import Source, design_and_rest, find, load_design, open_source, sweep_command, travelling
 from mechlab.errors import UsageError
 from mechlab.files import whole_folder, write
 from mechlab.values import Range, Value, in_unit, one_number
@@ -328,4 +328,4 @@ def synthesize(task: Task, values: Values | None = None, /, **given: Value) -> S
     """Dimensions from wanted properties: the solutions of a task, or what is reachable instead. See `mechlab.studies.synthesis`."""
     from mechlab.studies.synthesis import synthesize as study
 
-    return study(task, key_values(values, given))
+    return study(task, key_values(values, given), find)

@@ -55,7 +55,8 @@ TABLE = (
         "Three linear and three rotary drives; six rods, three of them cardan shafts; gears on moving carriers; a bevel head.",
         freedoms=9, motion="spatial"),
     Row("impulse_transmission", "Inertial-impulse transmission", "gear-train", ("minimal", "full"),
-        ("fig2", "fig2-swapped", "fig4", "fig4-swapped", "fig5", "fig5-swapped", "fig7", "unidirectional", "sticking"),
+        ("fig2", "fig2-swapped", "fig4", "fig4-swapped", "fig5", "fig5-swapped", "fig7", "unidirectional", "sticking",
+         "housing-clutch"),
         "Unbalanced planets on a free carrier between two shafts: impulses turn the output against friction and load.", freedoms=2),
     Row("gear_linkage", "Three-gear four-bar", "dwell", ("kinematic", "minimal"),
         ("constant-crank", "free-spin", "near-change-point", "knife-drive", "sheet-delivery", "glue-and-cut"),
@@ -193,5 +194,9 @@ TABLE = (
         "Two flexures as pinned bars with torsion springs: a stage that shifts without turning."),
     Row("antiparallelogram", "Antiparallelogram", "linkage", *PLANAR,
         "Crossed bars: the cranks turn in opposite senses as rolling ellipses do."),
+    Row("path_fourbar", "Path four-bar", "linkage", *PLANAR,
+        "Four-bar with a coupler point, placed and turned as a synthesis of a path demands."),
+    Row("path_fivebar", "Geared path five-bar", "linkage", *PLANAR,
+        "Five bars and a pair of gears with a coupler point, placed as a path demands."),
 )  # fmt: skip
 """All mechanisms of the catalog, in the order in which they are listed: those of the sources and benchmarks, then by family."""

@@ -104,7 +104,8 @@ VERBS: dict[str, Verb] = {
         flags={"kinds": "--map"},
     ),
     "synthesize": Verb(
-        "dimensions from wanted properties: motion, planetary, gear_linkage, closed_differential", "TASK key=value ..."
+        "dimensions from wanted properties: motion, path, function, straight_line, dwell, planetary, gear_linkage, closed_differential",
+        "TASK key=value ...",
     ),
     "optimize": Verb(
         "the best parameters for a goal under constraints; the front of two goals",

@@ -19,7 +19,7 @@ from mechlab.results import Shown, html_of, line_of, text_of
 from mechlab.tables import html_sheet, table
 
 Slope = Callable[[float, Array], Array]
-MOST_LINES = 400
+MOST_LINES = 48
 """Largest number of curves in a figure; of more curves, evenly chosen ones are drawn."""
 HEADERS = ("array", "unit", "least", "largest", "shape")
 

@@ -8,9 +8,10 @@ of being imported. The package `mechlab.mechanism` imports it with Builder, henc
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -47,6 +48,18 @@ class Mechanism(Result[Path]):
     def __post_init__(self) -> None:
         for check in CHECKS:
             check(self)
+
+    def __hash__(self) -> int:
+        """Of the content, found once: tables of kept models ask for it at every call."""
+        return self._hash
+
+    @cached_property
+    def _hash(self) -> int:
+        return hash(tuple(getattr(self, f.name) for f in fields(self)))
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What is pickled; hashes of texts are others in another process."""
+        return {k: x for k, x in self.__dict__.items() if k != "_hash"}
 
     # -- names ---------------------------------------------------------------------------------------------------
 

@@ -47,7 +47,7 @@ def sweep_of(case: str, count: int) -> Callable[[], object]:
             speeds = np.linspace(3.0, 6.0, n)
             return ml.sweep("fourbar", {"speed": speeds}, "rocker_angle_accel", scene="free-run", duration=SHORT, workers=1)
         starts = {"beta_0": Range(-0.2, 0.2, 10), "beta_rate_0": Range(-30.0, 30.0, n // 10)}
-        return ml.portrait("impulse_transmission", "phase", starts | {"M0": 0.0, "M1": 0.0, "timestep": 1e-3})
+        return ml.portrait("impulse_transmission", "phase", starts | {"M0": 0.0, "M1": 0.0, "timestep": 1e-3, "duration": 0.5})
 
     asked(16 if case == "rollout" else 100 if case != "runs" else 1)
     return lambda: asked(count)

@@ -166,14 +166,14 @@ def _altered(build: Any, alter: Callable[[Any], Any]) -> Callable[..., Any]:
     return wrong
 
 
-class _TooLong(Exception):
+class TooLong(Exception):
     pass
 
 
 @contextmanager
-def _limited(seconds: float) -> Iterator[None]:
+def limited(seconds: float) -> Iterator[None]:
     def stop(*_: Any) -> None:
-        raise _TooLong
+        raise TooLong
 
     before = signal.signal(signal.SIGPROF, stop)
     signal.setitimer(signal.ITIMER_PROF, seconds)
@@ -208,13 +208,13 @@ def hunt(fault: Fault, order: Callable[[Check], float] = lambda c: float(c.slow)
 def _caught(check: Check, parameters: Any) -> str:
     """What the check says against a fault: its id, with the reason where it did not come to a number; "" if it passes."""
     try:
-        with _limited(LIMIT):
+        with limited(LIMIT):
             return "" if check.run(parameters).passed else check.id
     except EngineMissing:
         return ""
     except MechlabError:
         return f"{check.id} (refused)"
-    except _TooLong:
+    except TooLong:
         return ENDLESS
     except Exception as error:
         return f"{check.id} ({type(error).__name__})"

@@ -13,7 +13,9 @@ from mechlab.lab.accuracy.dense import dense_states
 from mechlab.lab.accuracy.result import NeighbourMotion
 from mechlab.lab.accuracy.solve import solve_to
 from mechlab.lab.fastest_rate import command_rate, fastest_rate
+from mechlab.lab.methods import Problem
 from mechlab.mechanism import Builder, ConstraintSet, Inertia, TreeKinematics, revolute
+from mechlab.studies.chart.score import reference_of, tracked
 
 SHARP = Settings("pinocchio", "DOP853", tolerance=1e-11, preset="sharp")
 
@@ -121,3 +123,37 @@ def test_energy_that_the_error_of_the_states_explains_is_no_alarm_and_any_other_
         severities[name] = finding.severity
         assert ("uncertain" in finding.sentence) == (name == "told")
     assert severities == {"told": "warning", "silent": "error"}
+
+
+def test_ball_joints_are_interpolated_too() -> None:
+    """Quaternions between nodes, against Pinocchio at a tenth of the step; and at a time that is none of the outputs."""
+    design = ml.load("delta6").for_scene("head-tracking")
+    scene, m = design.scene("head-tracking", "full", 0.06), design.mechanism("full")
+    t = np.linspace(0.0, 0.06, 81)
+    sharp = Settings("pinocchio", "RK4", timestep=3e-4, preset="sharp")
+    truth = ml.simulate("delta6", scene="head-tracking", fidelity="full", duration=0.06, settings=sharp, at=t.tolist())
+    at = np.clip(np.searchsorted(truth.t, t * (1.0 - 1e-12)), 0, len(truth.t) - 1)
+    q, v = truth.q[at], truth.v[at]
+    found = dense_states(m, scene, t[::4], q[::4], v[::4], t)
+    error, seen = np.max(np.abs(found.q - q)), np.max(np.abs(found.near_q - found.q))
+    assert error < seen < 1e-6
+    assert np.max(np.abs(found.v - v)) < np.max(np.abs(found.near_v - found.v))
+    made = ml.simulate("delta6", scene="head-tracking", fidelity="full", duration=0.06, max_error=1e-3, at=[0.01234])
+    assert made.health.trusted and np.any(made.t == 0.01234)
+    x = float(made.channel("O_x")[np.flatnonzero(made.t == 0.01234)[0]])
+    assert x == pytest.approx(float(truth.at("O_x", 0.01234)), abs=made.errors["O_x"] + 1e-7)
+
+
+def test_two_methods_that_end_far_apart_are_no_answer() -> None:
+    """Hart's linkage falls through a flat pose, where assembly modes meet and the equations decide no way: two runs of Pinocchio at
+    1e-11 and 1e-12 part there. One of them is followed to 1e-9, and 2e-5 m were stated."""
+    design = ml.load("hart", short=0.1109, gravity=10.67).for_scene("free-run")
+    plan = design.scene("free-run", "minimal", 1.0)
+    run = ml.simulate(design, scene="free-run", fidelity="minimal", duration=1.0, max_error=1e-4)
+    problem = Problem(design, plan, 100)
+    truth = reference_of(problem)
+    at = np.clip(np.searchsorted(run.t, np.linspace(0.0, 1.0, 101) * (1.0 - 1e-12)), 0, len(run.t) - 1)
+    error = np.max(np.abs(tracked(problem, truth.names, run.q[at], run.v[at]) - truth.values))
+    finding = run.health.finding("max_error")
+    assert error > 0.01
+    assert run.exit_code == 3 and "far apart" in finding.sentence and finding.value > error

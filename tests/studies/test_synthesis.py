@@ -11,6 +11,7 @@ from mechlab import api
 from mechlab.analytic import fourbar as closed_form
 from mechlab.cli import main
 from mechlab.errors import MechlabError
+from mechlab.kit.path_motion import EngineMotion
 from mechlab.values import Range
 
 
@@ -163,3 +164,116 @@ def test_a_motion_through_five_positions_gives_back_its_fourbar(capsys: pytest.C
     assert len(ours) == 1 and ours[0]["coupler"] == pytest.approx(0.3, abs=1e-7)
     assert (ours[0]["follower_pivot_x"], ours[0]["follower_pivot_y"]) == pytest.approx((0.3, 0.0), abs=1e-7)
     assert "expected 5 numbers" in document(capsys, 1, "motion", "x=1,2", "y=1,2", "angle=0,1")["error"]["message"]
+
+
+def measured(solution: dict, angles: list[float], *names: str) -> list[np.ndarray]:
+    """What MuJoCo measures on the entry and parameters of a printed command line, at crank angles along its path."""
+    words = solution["command"].split()
+    assert words[:2] == ["mechlab", "run"] and words[2] == solution["entry"]
+    m = api.load(words[2], dict(w.split("=") for w in words[3:])).mechanism()
+    motion = EngineMotion("mujoco", m, {"crank_angle": (angles[0], angles[-1])}, 2)
+    shares = (np.array(angles) - angles[0]) / (angles[-1] - angles[0])
+    motion.places = np.union1d(np.linspace(0.0, 1.0, 121), shares)
+    return [motion[n][np.searchsorted(motion.places, shares)] for n in names]
+
+
+LOOP = ("x=.5,.4,.3,.2,.1,.05,.02,0,0,.03,.1,.15,.2,.3,.4,.5,.6,.6", "y=1.1,1.1,1.1,1,.9,.75,.6,.5,.4,.3,.25,.2,.3,.4,.5,.7,.9,1")
+TIMING = "angle=" + ",".join(f"{20 * k}deg" for k in range(18))
+
+
+def test_a_path_is_answered_by_entries_that_mujoco_leads_through_the_points(capsys: pytest.CaptureFixture[str]) -> None:
+    """Cabrera, Simon and Prado 2002 print .0337 for the sum of squares of their four-bar (tests/analytic/test_path_synthesis.py)."""
+    found = document(capsys, 0, "path", *LOOP, TIMING, "limit=1")
+    targets = [complex(a, b) for a, b in zip(*(map(float, k.split("=")[1].split(",")) for k in LOOP), strict=True)]
+    four, five = found["solutions"]
+    assert (four["entry"], five["entry"]) == ("path_fourbar", "path_fivebar")
+    for solution, most in ((four, 0.00903), (five, 0.0068)):
+        x, z = measured(solution, solution["crank_angles"], "P_x", "P_z")
+        squares = float(np.sum(np.abs(x + 1j * z - targets) ** 2))
+        assert squares == pytest.approx(solution["squares"], rel=1e-6) and squares < most
+        np.testing.assert_allclose(np.diff(solution["crank_angles"]), math.radians(20.0), atol=1e-12)
+
+
+def test_few_points_are_met_exactly_and_the_text_has_the_command(capsys: pytest.CaptureFixture[str]) -> None:
+    given = ("path", "x=20,20,20,20,20,20", "y=20,25,30,35,40,45", "size=150", "limit=2")
+    for solution in document(capsys, 0, *given)["solutions"]:
+        x, z = measured(solution, solution["crank_angles"], "P_x", "P_z")
+        np.testing.assert_allclose(x, 20.0, atol=1e-7)
+        np.testing.assert_allclose(z, np.linspace(20.0, 45.0, 6), atol=1e-7)
+        assert solution["command"] in api.synthesize("path", {k: v.split(",") for k, v in (g.split("=") for g in given[1:3])} | {
+            "size": 150, "limit": 2}).text()  # fmt: skip
+
+
+def test_a_motion_has_a_command_whose_coupler_point_goes_through_the_places(capsys: pytest.CaptureFixture[str]) -> None:
+    crank = np.linspace(0.3, 1.5, 5)
+    turn = closed_form.solve(0.1, 0.3, 0.25, 0.3, crank).coupler_angle
+    given = [f"{k}={','.join(map(repr, v.tolist()))}" for k, v in (("x", 0.1 * np.cos(crank)), ("y", 0.1 * np.sin(crank)), ("angle", turn))]
+    found = document(capsys, 0, "motion", *given)
+    assert len(found["commands"]) == sum(s["one_mode"] for s in found["solutions"])
+    for command in found["commands"]:
+        p = dict(w.split("=") for w in command.split()[3:])
+        ends = [float(p["first"]), float(p["first"]) + float(p["turn"])]
+        x, z = measured({"command": command, "entry": "path_fourbar"}, ends, "P_x", "P_z")
+        np.testing.assert_allclose(x + 1j * z, 0.1 * np.exp(1j * crank[[0, -1]]), atol=1e-8)
+
+
+def test_a_function_is_generated_by_an_entry(capsys: pytest.CaptureFixture[str]) -> None:
+    """The output angle of MuJoCo on its scale is the logarithm, at Chebyshev's points and, within the stated error, everywhere."""
+    found = document(capsys, 0, "function", "x=1:2", "y=log10(x)", "turn=60deg", "turn_out=60deg", "limit=1")
+    (best,) = found["solutions"]
+    turned = np.linspace(0.0, math.radians(60.0), 61)
+    (angle,) = measured(best, (best["parameters"]["first"] + turned).tolist(), "rocker_angle")
+    wanted = math.radians(60.0) * np.log10(1.0 + turned / math.radians(60.0)) / math.log10(2.0)
+    errors = np.angle(np.exp(1j * (angle - best["first_out"] - wanted)))
+    assert np.max(np.abs(errors)) == pytest.approx(best["range_error"], rel=0.02) and best["range_error"] < math.radians(0.01)
+    np.testing.assert_allclose(found["precision_points"]["x"], [1.067, 1.5, 1.933], atol=5e-4)
+
+
+def test_a_line_and_a_dwell_are_found_as_entries(capsys: pytest.CaptureFixture[str]) -> None:
+    (line,) = document(capsys, 0, "straight_line", "length=0.2", "angle=150deg", "limit=1")["solutions"]
+    first = line["parameters"]["first"]
+    x, z = measured(line, np.linspace(first, first + math.radians(150.0), 41).tolist(), "P_x", "P_z")
+    assert (np.min(x), np.max(x)) == pytest.approx((0.0, 0.2), abs=1e-4)
+    assert np.ptp(z) == pytest.approx(line["deviation"], rel=0.03) and line["deviation"] < 0.0005 * 0.2
+    assert line["parameters"]["turn"] == pytest.approx(2 * math.pi)
+    (rest,) = document(capsys, 0, "dwell", "angle=100deg", "swing=25deg", "limit=1")["solutions"]
+    around = np.concatenate([[1.0], rest["dwell_from"] + np.linspace(0.0, math.radians(100.0), 41), [1.0 + 2 * math.pi]])
+    if around[1] < 1.0 or around[-2] > around[-1]:
+        around = np.concatenate([[1.0], np.sort(1.0 + (around[1:-1] - 1.0) % (2 * math.pi)), [1.0 + 2 * math.pi]])
+    (angle,) = measured(rest, around.tolist(), "output_angle")
+    assert np.ptp(np.unwrap(angle[1:-1])) == pytest.approx(rest["deviation"], rel=0.03) and rest["deviation"] < math.radians(0.1)
+
+
+@pytest.mark.parametrize(
+    ("task", "values", "message"),
+    [
+        ("path", {"x": (1, 2), "y": (1, 2)}, "x: expected 3 to 200 numbers"),
+        ("path", {"x": (1, 2, 3), "y": (1, 2)}, "y: expected 3 numbers"),
+        ("path", {"x": (1, 1, 3), "y": (1, 1, 2)}, "points 1 and 2 are the same"),
+        ("path", {"x": (1, 2, 3), "y": (1, 1, 2), "angle": (0, 2, 1)}, "must grow, or fall"),
+        ("path", {"x": (1, 2, 3), "y": (1, 1, 2), "transmission_angle_min": 2.0}, "transmission_angle_min: expected 0 to"),
+        ("path", {"x": (1, 2, 3), "y": (1, 1, 2), "points": 3}, "key 'points' does not exist"),
+        ("function", {"x": Range(1, 2), "y": "foo(x)"}, "'foo\\(x\\)'.*log10"),
+        ("function", {"x": Range(1, 2), "y": "__import__('os')"}, "is none of numbers"),
+        ("function", {"x": Range(1, 2), "y": "x +"}, "cannot read"),
+        ("function", {"x": Range(-1, 1), "y": "x^2"}, "ends where it began"),
+        ("function", {"x": Range(0, 1), "y": "log(x)"}, "not finite"),
+        ("function", {"x": (1, 2, 2), "y": (1, 2, 3)}, "two points have the same input"),
+        ("function", {"x": (1, 2, 3), "y": (1, 2, 4), "points": 4}, "points spaces a function"),
+        ("function", {"x": Range(1, 2), "y": "x^2", "turn": 0}, "turn: expected an angle that is not 0"),
+        ("straight_line", {"length": 0}, "length: expected a length above 0"),
+        ("straight_line", {}, "length is missing"),
+        ("dwell", {}, "angle is missing"),
+        ("dwell", {"angle": 6.0}, "angle: expected 0.17"),
+    ],
+)
+def test_refusals_of_linkages(task: str, values: dict, message: str) -> None:
+    with pytest.raises(MechlabError, match=message):
+        api.synthesize(task, values)
+
+
+def test_what_is_out_of_reach_says_what_to_try() -> None:
+    found = api.synthesize("straight_line", {"length": 1.0, "transmission_angle_min": 1.3})
+    assert found.exit_code == 4 and "smaller transmission_angle_min" in found.message
+    held = api.synthesize("function", {"x": (1, 2, 3, 4), "y": (1, 2, 3, 1.5), "first": 0.0, "transmission_angle_min": 1.2})
+    assert held.exit_code == 4 and "least squares" in held.message and held.to_dict()["solutions"] == []

@@ -7,6 +7,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from enum import Enum
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -152,6 +153,7 @@ def slowest(g: GearLinkage, sign: float = 1.0) -> tuple[float, float]:
     return at % TURN, float(rate(g, at))
 
 
+@lru_cache(maxsize=64)
 def regime(g: GearLinkage) -> RegimeReport:
     """Regime of the output and its numbers, see `RegimeReport`."""
     at, least = slowest(g)

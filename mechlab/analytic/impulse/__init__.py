@@ -7,6 +7,8 @@ the equations with dry friction as problems for an integration with events.
 
 from __future__ import annotations
 
+from mechlab.analytic.impulse.clutch import ClutchedCycle, clutched
+from mechlab.analytic.impulse.clutch import simulated as simulated_clutch
 from mechlab.analytic.impulse.dry_friction import ConstantSpeed, WithMotor
 from mechlab.analytic.impulse.model import (
     Impulse,
@@ -39,9 +41,9 @@ from mechlab.analytic.impulse.regime import (
 )
 
 __all__ = [
-    "ConstantSpeed", "Impulse", "OneWayLimits", "OneWayRegime", "Orbit", "OutputConstants", "WithMotor", "accelerations",
-    "angles", "coefficients", "constant_speed_acceleration", "constant_speed_torque", "first_integral",
+    "ClutchedCycle", "ConstantSpeed", "Impulse", "OneWayLimits", "OneWayRegime", "Orbit", "OutputConstants", "WithMotor", "accelerations",
+    "angles", "clutched", "coefficients", "constant_speed_acceleration", "constant_speed_torque", "first_integral",
     "frictionless_mean_speed", "harmonic_amplitudes", "harmonic_motion", "limits", "load", "motor_rate",
-    "motor_torque_at", "periodic_orbit", "resonances", "section_points", "shape", "slip_speed", "slope",
+    "motor_torque_at", "periodic_orbit", "resonances", "section_points", "shape", "simulated_clutch", "slip_speed", "slope",
     "unidirectional",
 ]  # fmt: skip

@@ -105,8 +105,8 @@ def unidirectional(p: Impulse, speed: float, M0: ArrayLike | None = None, M1: Ar
     found = phases(p, speed, M0, M1)
     sine, psi_a, psi_b = found.sine, found.psi_a, found.psi_b
     with np.errstate(invalid="ignore", divide="ignore"):
-        forward = _half(p, speed, psi_a, psi_b, M0 + M1)
-        back = _half(p, speed, psi_b, psi_a + 2.0 * np.pi, M0 - M1)
+        forward = half_time(p, speed, psi_a, psi_b, M0 + M1)
+        back = half_time(p, speed, psi_b, psi_a + 2.0 * np.pi, M0 - M1)
         sticks = found.sticking_margin < 0.0
     reason = np.full(M0.shape, EXISTS, dtype=object)
     total = forward + back
@@ -131,7 +131,7 @@ def _legendre() -> tuple[Array, Array]:
     return np.polynomial.legendre.leggauss(NODES)
 
 
-def _half(p: Impulse, speed: float, start: Array, end: Array, resisting: Array) -> Array:
+def half_time(p: Impulse, speed: float, start: Array, end: Array, resisting: Array) -> Array:
     """Time [s] from psi = start, where beta' = 0, to psi = end under a constant resisting torque."""
     x, weight = _legendre()
     start, end, resisting = start[..., None], end[..., None], resisting[..., None]

@@ -71,7 +71,7 @@ def simpson() -> Evidence:
 
 
 @LENGTHS.claim(
-    "C50", "introduction", "The chords of the control polygon give some idea of the length.", "sum of chords",
+    "C50", "introduction, where the scan ends", "The chords of the control polygon give some idea of the length.", "sum of chords",
     holds(when=near("ratio", 0.05, of=1.0)),
     only_if("an upper bound is enough: here it is {percent:.0f} % too long", when=above(1.0, "ratio")),
     fails("the chords are no bound"),

@@ -101,8 +101,8 @@ A_DECIMALS = np.array([[2, 3, 2], [5, 3, 2], [3, 3, 2]])
     "C25", "chapter 4, translation example, matrices",
     "The matrices A (printed below) and B = 0.58 I of the translation.", PRINTED_A.tolist(),
     holds(when=true("home_fits")),
-    holds("every digit, for rods of 0.37 m with the guides 0.2278 m outside their platform joints and 3.3 mm beside them",
-          when=true("nearby_fits")),
+    holds("every digit, for rods of 0.37 m with the guides 0.2278 m outside their platform joints and 3.3 mm beside them; these "
+          "dimensions are found from the digits, the source prints none", when=true("nearby_fits")),
     cannot("no geometry tried gives these digits"),
 )  # fmt: skip
 def digits() -> Evidence:

@@ -18,7 +18,10 @@ FORMULAS = """\
   A2 alpha'' + A3 beta'' + A5 (alpha' - beta')^2 - A6 alpha'^2 + c beta = -Mc.
 - Mc = M0 + M1 sign(beta'), set-valued at standstill; tau Md' = Mn - Md - (alpha' - wn) / (nu wxx).
 - Constant speed w, c = 0: (q/2) A3(psi) s^2 = E + R psi + a6 w^2 cos psi with s = w - beta', R = M0 +- M1.
-- One-way rotation: psi_b - psi_a = pi (1 - M0/M1), sin(psi_m) = (M0 + M1) Delta / (2 (a6 - a5) w^2 sin(Delta/2)) <= 1."""
+- One-way rotation: psi_b - psi_a = pi (1 - M0/M1), sin(psi_m) = (M0 + M1) Delta / (2 (a6 - a5) w^2 sin(Delta/2)) <= 1.
+- c = 0: the mean torques of motor and output shaft are equal. With a one-way clutch to the housing, K = (a6 - a5) w^2, R = M0 + M1:
+  forward from sin(psi_a) = R/K to psi_b, K (cos psi_a - cos psi_b) = R (psi_b - psi_a), then at rest; the mean motor torque is
+  R beta'_mean / w."""
 
 ENTRY = Entry(
     name="impulse_transmission",

@@ -23,6 +23,7 @@ from mechlab.analytic.impulse import (
 from mechlab.analytic.impulse.regime import motion
 from mechlab.catalog.impulse_transmission.build import Parameters, build, coordinates
 from mechlab.catalog.impulse_transmission.checks_runs import (
+    clutch_to_the_housing,
     effort_of_sticking,
     motor_of_the_file,
     order_of_steps,
@@ -261,4 +262,5 @@ CHECKS = (
     Check("I11", "portraits of 0.5 s by vectorised RK4", portraits, "DOP853 1e-10"),
     moving_in_fidelities("I12", build, state, FIDELITIES),
     Check("I13", "turning points, orbit, harmonics and first-order system against the motion", closed_forms, "DOP853 1e-12"),
+    Check("I14", "cycle with a one-way clutch to the housing: closed form against integration", clutch_to_the_housing, "each other"),
 )  # fmt: skip

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from mechlab.analytic.impulse import motor_rate, slope
+from mechlab.analytic.impulse import Impulse, clutched, motor_rate, simulated_clutch, slope
 from mechlab.catalog.impulse_transmission.build import Parameters, build
 from mechlab.catalog.impulse_transmission.scenes import HYBRID, SCENES, of_scene, simulate
 from mechlab.engines.protocol import engine
@@ -18,6 +18,20 @@ from mechlab.experiment.scene import Settings, preset
 from mechlab.integrate import integrate_adaptive
 from mechlab.kit.portrait import flow
 from mechlab.mechanism.geometry import Array
+
+LOADS = ((18.0, 750.0), (750.0, 0.0), (500.0, 100.0))
+"""M0 and M1 [N m] under which the clutch to the housing is tried."""
+
+
+def clutch_to_the_housing(p: Parameters) -> CheckResult:
+    """Turning points, mean speed and mean torques of the cycle with a one-way clutch, at 150 rad/s."""
+    rows = []
+    for found in (clutched, simulated_clutch):
+        cycles = [found(Impulse(M0=M0, M1=M1), 150.0) for M0, M1 in LOADS]
+        rows.append([(c.psi_a, c.psi_b, c.mean_speed, c.motor_torque, c.holding_torque) for c in cycles])
+    # the integration is accurate to 1e-11 of torques of 1e3 N m; 30 times that is allowed
+    return CheckResult({"analytic": np.array(rows[0]), "DOP853 1e-11": np.array(rows[1])}, 3e-7)
+
 
 ENDS = {
     ("fig2", 0.08): (0.844255524, 26.0880111, 152.2493379, 130.481103),

@@ -6,11 +6,26 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.analytic.impulse import periodic_orbit
+from mechlab.analytic.impulse import Impulse, periodic_orbit
 from mechlab.catalog.impulse_transmission.claims import LEDGER
+from mechlab.catalog.impulse_transmission.questions import closed_cycle
 from mechlab.catalog.impulse_transmission.ratio import AXES, CANDIDATES, fits
 from mechlab.catalog.impulse_transmission.scenes import FIGURE_7, SPEED, beta_at_constant_speed, of_scene, simulate
-from mechlab.kit.claims import Evidence, above, cannot, equals, evidence, fails, holds, none, only_if, true, unreadable
+from mechlab.catalog.impulse_transmission.torque import best_load
+from mechlab.kit.claims import (
+    Evidence,
+    above,
+    below,
+    cannot,
+    equals,
+    evidence,
+    fails,
+    holds,
+    none,
+    only_if,
+    true,
+    unreadable,
+)
 
 
 @LEDGER.claim(
@@ -125,6 +140,44 @@ def ratio() -> Evidence:
         with_4=" or ".join(with_4) or "none", better=sum(second[q, False] < second[q, True] for q in CANDIDATES), count=len(CANDIDATES),
         fitting_all=sum(f.total == 0.0 for f in fits()), loop=best.ranges["figure 7"][1] / (AXES["figure 7"].high + AXES["figure 7"].step),
     )  # fmt: skip
+
+
+TORQUES = ((18.0, 750.0), (0.0, 20.0))
+"""M0 and M1 of figures 4 and 5 [N m]."""
+
+
+@LEDGER.claim(
+    "M17", "statement of the problem", "Torque can be transformed when the resisting torque on the output shaft changes its sign within "
+    "a cycle (cited from the paper's source [3]).", "transformation of torque",
+    only_if("torque means that of an impulse: with c = 0 the mean torques of motor and output shaft are equal, {motor:.3g} N m in figure 4 "
+            "and {weak:.3g} N m in figure 5, as nothing else acts from outside; the load M0 gets {share:.2g} % of the power. With a "
+            "one-way clutch from the output shaft to the housing the mean load is {ratio:.3g} times the motor torque at the largest "
+            "useful power",
+            when=below(1e-6, "difference") & above(1.0, "ratio")),
+    holds(when=above(1e-6, "difference")), fails("the clutch does not transform the torque either"),
+)  # fmt: skip
+def torque_transformation() -> Evidence:
+    """Mean torques of simulated cycles without a clutch, and the best load with one, at 150 rad/s."""
+    computed: dict[str, Any] = {}
+    means, shares = [], []
+    for M0, M1 in TORQUES:
+        i = Impulse(M0=M0, M1=M1)
+        run = closed_cycle(i, SPEED)
+        assert run is not None
+        # The shaft does not stick here: its friction is M1 forward and -M1 back.
+        output = M0 + M1 * (run.forward_time - run.return_time) / (run.forward_time + run.return_time)
+        means.append((run.mean_motor_torque, output))
+        shares.append(M0 * run.mean_speed / (run.mean_motor_torque * SPEED))
+        computed[f"hybrid, M0 = {M0:g}, M1 = {M1:g} N m: mean torques of motor and output shaft [N m]"] = list(means[-1])
+        computed[f"hybrid, M0 = {M0:g}, M1 = {M1:g} N m: share of the motor's power that the load M0 gets"] = shares[-1]
+    load, best = best_load(Impulse(), SPEED)
+    ratio = load / best.motor_torque
+    computed["analytic, with the clutch, no friction: best load, motor torque [N m]"] = [load, best.motor_torque]
+    computed["analytic, with the clutch, no friction: mean speed [rad/s], useful power [W]"] = [best.mean_speed, load * best.mean_speed]
+    difference = max(abs(motor / output - 1.0) for motor, output in means)
+    return evidence(
+        computed, difference=difference, ratio=ratio, motor=means[0][0], weak=means[1][0], share=100.0 * max(shares)
+    )
 
 
 CLAIMS = LEDGER.claims

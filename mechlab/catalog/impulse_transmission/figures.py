@@ -10,6 +10,7 @@ import numpy as np
 
 from mechlab.analytic.impulse import (
     ConstantSpeed,
+    Impulse,
     constant_speed_acceleration,
     harmonic_motion,
     periodic_orbit,
@@ -20,7 +21,8 @@ from mechlab.catalog.bibliography import ALYUKOV
 from mechlab.catalog.impulse_transmission.build import Parameters
 from mechlab.catalog.impulse_transmission.ratio import AXES, CANDIDATES, fits
 from mechlab.catalog.impulse_transmission.scenes import FIGURE_7, SPEED, of_scene, simulate
-from mechlab.experiment.figure import Curve, Drawing, Panel, Reading, SourceFigure
+from mechlab.catalog.impulse_transmission.torque import best_load, over_load
+from mechlab.experiment.figure import Curve, Drawing, Note, Panel, Reading, SourceFigure
 from mechlab.integrate import integrate_hybrid
 from mechlab.kit.portrait import flow, section
 from mechlab.mechanism.geometry import Array
@@ -230,6 +232,48 @@ def figure_of_q() -> Drawing:
     return Drawing((panel,), readings)
 
 
+def torque() -> Drawing:
+    """Mean torques over the load without a clutch, and over the output speed with one, at 150 rad/s."""
+    base, M1 = Impulse(), 750.0
+    load = np.linspace(0.0, 80.0, 81)
+    found = unidirectional(base, SPEED, load, M1)
+    forward, back = found.forward_time, found.return_time
+    output = load + M1 * (forward - back) / (forward + back)
+    turns_back = float(load[np.argmax(found.mean_speed < 0.0)])
+    without = Panel(
+        "without a clutch, M1 = 750 N m", "load M0 [N m]", "mean torque [N m]",
+        (
+            Curve(load, found.mean_motor_torque, "motor", "thick", 0), Curve(load, output, "output shaft", "dashed", 4),
+            Curve(load, load, "useful: the load M0", "solid", 1),
+        ),
+        notes=(Note("from here on the load drives the shaft back", 1.0, 55.0, (turns_back, float(found.mean_motor_torque[0]))),),
+    )  # fmt: skip
+    over = over_load(base, SPEED)
+    best, cycle = best_load(base, SPEED)
+    with_clutch = Panel(
+        "with a one-way clutch to the housing, without friction", "mean output speed [rad/s]", "mean torque [N m]",
+        (
+            Curve(over["speed"], over["motor"], "motor", "thick", 0),
+            Curve(over["speed"], over["load"], "output shaft: the load M0", "solid", 1),
+            Curve([cycle.mean_speed] * 2, [cycle.motor_torque, best], "largest useful power", "crosses", 4),
+        ),
+        log="y", y_range=(1.0, 4000.0), x_range=(0.0, 28.0),
+    )  # fmt: skip
+    fourth, fifth = (unidirectional(base, SPEED, *pair) for pair in ((18.0, M1), (0.0, 20.0)))
+    useful = 18.0 * float(fourth.mean_speed)
+    readings = (
+        Reading("mean torque of the motor, figure 4, without a clutch: that of the output shaft is the same", "-",
+                float(fourth.mean_motor_torque), "N m"),
+        Reading("the same, figure 5", "-", float(fifth.mean_motor_torque), "N m"),
+        Reading("share of the power that the load gets, figure 4, without a clutch", "-",
+                useful / (float(fourth.mean_motor_torque) * SPEED)),
+        Reading("with the clutch, largest useful power (optimize over M0)", "-", best * cycle.mean_speed, "W"),
+        Reading("at the load, the motor torque", "-", [best, cycle.motor_torque], "N m"),
+    )  # fmt: skip
+    return Drawing((without, with_clutch), readings, "mechlab optimize impulse_transmission M0=100:2700 M1=0 clutch_at_speed=150 "
+                   "--maximize useful_power")  # fmt: skip
+
+
 def _largest(x: Array) -> float:
     return float(np.abs(x).max())
 
@@ -247,5 +291,7 @@ FIGURES = (
     SourceFigure("figure 7", "Periodic motions on a spring, by formula and by integration.", ALYUKOV, figure_7, ("M7", "M9", "M14")),
     SourceFigure("figure 8", "Periodic motions of other shapes.", ALYUKOV, figure_8, ("M15",)),
     SourceFigure("figure 9", "Examples of phase paths and periodic motions.", ALYUKOV, figure_9, ("M15",)),
+    SourceFigure("transformation of torque", "Mean torques of motor and output shaft; what a one-way clutch to the housing changes.",
+                 ALYUKOV, torque, ("M17",)),
     SourceFigure("ratio q", "Which q fits the readable axes: none fits all.", ALYUKOV, figure_of_q, ("M16",)),
 )  # fmt: skip

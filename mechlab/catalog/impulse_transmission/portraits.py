@@ -31,7 +31,11 @@ UNITS = {
 WIDTH = 0.1
 """Least rate [rad/s] below which a portrait with friction is smoothed; the error is of this size in beta'."""
 STATES = ("alpha", "beta", "alpha_rate", "beta_rate", "motor_torque")
-DURATION, TIMESTEP, ROUGH_TIMESTEP = 0.5, 5e-4, 2.5e-4
+DURATION, TIMESTEP, ROUGH_TIMESTEP = 0.1, 5e-4, 2.5e-4
+SAMPLES_A_TURN = 60
+"""Samples of a phase portrait in a turn of psi at the first input speed."""
+MOST_POINTS = 1_000_000
+"""Points of all curves of a phase portrait, beyond 101 of each: 40 MB."""
 FOLLOWED = 3
 """Number of motions that are repeated with exact friction, to measure the error of the smoothed ones."""
 TURNS, TURN_STEPS = 100, 100
@@ -52,8 +56,8 @@ def smoothing(i: Impulse, timestep: float) -> tuple[float, tuple[str, ...]]:
 def phase(p: Parameters, given: Mapping[str, Any]) -> Portrait:
     """Motions with the motor, from all combinations of the given initial states."""
     o = options(
-        given, alpha_0=p.alpha_0, beta_0=np.linspace(-0.2, 0.2, 32), alpha_rate_0=p.alpha_rate_0,
-        beta_rate_0=np.linspace(-30.0, 30.0, 32), motor_torque_0=p.motor_torque_0, duration=DURATION,
+        given, alpha_0=p.alpha_0, beta_0=np.linspace(-0.2, 0.2, 6), alpha_rate_0=p.alpha_rate_0,
+        beta_rate_0=np.linspace(-30.0, 30.0, 6), motor_torque_0=p.motor_torque_0, duration=DURATION,
         timestep=ROUGH_TIMESTEP if p.M1 else TIMESTEP,
     )  # fmt: skip
     if p.static_motor:
@@ -65,7 +69,7 @@ def phase(p: Parameters, given: Mapping[str, Any]) -> Portrait:
         return slope(p.impulse, y, width)
 
     start = np.column_stack(list(grid({s: o[f"{s}_0"] for s in STATES}).values()))
-    t, y = flow(f, start, duration, timestep)
+    t, y = flow(f, start, duration, timestep, _samples(p, duration, len(start)))
     arrays = {"t": t} | {name: y[:, :, k].T for k, name in enumerate(STATES)}
     if width:
         error = _against_events(p, start, y[-1], t[-1])
@@ -73,6 +77,12 @@ def phase(p: Parameters, given: Mapping[str, Any]) -> Portrait:
         error = f"estimated error {estimated_error(f, start, duration, timestep):.2g}"
     notes = (f"{len(start)} motions at once by RK4, step {timestep:g} s, {error}", *notes)
     return Portrait("phase", "phase portrait with the motor", "beta", "beta_rate", arrays, UNITS, notes=notes)
+
+
+def _samples(p: Parameters, duration: float, motions: int) -> int:
+    """Samples of a curve: enough for a smooth line, as a turn of psi is a loop of it; fewer where there are very many motions."""
+    turns = abs(p.impulse.q) * p.alpha_rate_0 * duration / (2.0 * math.pi)
+    return int(np.clip(SAMPLES_A_TURN * turns, 101, max(101, MOST_POINTS // motions)))
 
 
 def _against_events(p: Parameters, start: Array, end: Array, duration: float) -> str:

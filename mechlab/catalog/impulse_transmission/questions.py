@@ -13,6 +13,7 @@ import numpy as np
 from mechlab.analytic.impulse import ConstantSpeed, Impulse, frictionless_mean_speed, limits, unidirectional
 from mechlab.analytic.roots import brentq
 from mechlab.catalog.impulse_transmission.build import NAME, Parameters
+from mechlab.catalog.impulse_transmission.torque import TORQUE
 from mechlab.errors import MechlabError
 from mechlab.experiment.question import Answer, Question
 from mechlab.integrate import Event, integrate_hybrid
@@ -258,4 +259,4 @@ LIMITS = Question(
     tolerance=1e-5,
 )
 
-QUESTIONS = (MEAN_SPEED, LIMITS)
+QUESTIONS = (MEAN_SPEED, LIMITS, TORQUE)

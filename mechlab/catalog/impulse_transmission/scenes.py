@@ -9,8 +9,10 @@ import numpy as np
 
 from mechlab.analytic.impulse import ConstantSpeed, Impulse, WithMotor, harmonic_motion, unidirectional
 from mechlab.catalog.impulse_transmission.build import NAME, Parameters, build, coordinates
-from mechlab.errors import Untrustworthy
+from mechlab.catalog.impulse_transmission.torque import STEP, clutch_laws
+from mechlab.errors import MechlabError, Untrustworthy
 from mechlab.experiment.entry import SceneRecipe
+from mechlab.experiment.held_rates import HeldRates
 from mechlab.experiment.laws import Constant, DcMotor, Law
 from mechlab.experiment.recording import Cost, Finding, Health, Recording, basic_channels
 from mechlab.experiment.scene import Scene, Settings, preset
@@ -96,6 +98,18 @@ SCENES = {
 }
 
 
+def _clutched(p: Parameters, fidelity: str) -> Scene:
+    return Scene(
+        "", fidelity, 0.2, clutch_laws(p), initial={"alpha": p.alpha_0, "beta": p.beta_0},
+        initial_rates={"alpha": p.nominal_speed, "beta": 0.0}, channels=("motor_torque",), needs=("poses", "drive_forces"), tolerance=1e-3,
+        settings=Settings(timestep=STEP), text=CLUTCHED,
+    )  # fmt: skip
+
+
+CLUTCHED = "input held at its nominal speed, a one-way clutch from the output shaft to the housing, constant load"
+SCENES["housing-clutch"] = SceneRecipe(_clutched, "minimal", CLUTCHED, _FIG5 | {"M0": 750.0, "M1": 0.0})
+
+
 def simulate(p: Parameters, times: Array, tolerance: float = 1e-12) -> tuple[Array, Health, Cost]:
     """(n, 5) states (alpha, beta, alpha', beta', Md) at times (n,) by the closed-form equations and located events."""
     problem = WithMotor(p.impulse, p.static_motor)
@@ -113,7 +127,15 @@ def simulate(p: Parameters, times: Array, tolerance: float = 1e-12) -> tuple[Arr
 
 
 def reference(p: Parameters, scene: Scene) -> Recording:
-    """The scene by Lagrange's equations in closed form, at a tolerance of 1e-12. Takes the initial state from p."""
+    """The scene by Lagrange's equations in closed form, at a tolerance of 1e-12. Takes the initial state from p.
+
+    Raises MechlabError for a scene with held rates: its closed form gives mean values, not the motion.
+    """
+    if any(isinstance(law, HeldRates) for law in scene.laws):
+        raise MechlabError(
+            f"{NAME}: there is no closed form of the motion with a one-way clutch; take the engine mujoco, pinocchio or hybrid, or "
+            "ask for the mean values: mechlab solve impulse_transmission clutch_at_speed=150 M0=750 M1=0."
+        )
     t = np.linspace(0.0, scene.duration, 401)
     y, health, cost = simulate(p, t)
     m = build(p, "minimal")

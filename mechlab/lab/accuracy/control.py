@@ -23,7 +23,7 @@ from mechlab.experiment.ranges import unstopped_finding
 from mechlab.experiment.recording import Cost, Finding, Health, Recording, limit_finding, run_channels
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.integrate import work_done
-from mechlab.lab.accuracy.dense import BETWEEN, driven, law_forces
+from mechlab.lab.accuracy.dense import BETWEEN, driven, interpolated, law_forces
 from mechlab.lab.accuracy.measure import ErrorMeasure, largest
 from mechlab.lab.accuracy.result import NeighbourMotion, Solution
 from mechlab.lab.accuracy.rules import default_budget
@@ -194,7 +194,10 @@ def motion_of(mechanism: Mechanism, scene: Scene, result: Solution, at: Sequence
     else:
         q, v = result.q, result.v
         forces, a = driven(mechanism, scene, result.t, q, v)
-        if len(t) > len(q) or every > 1:
+        if mechanism.nq != mechanism.nv and (len(t) > len(q) or every > 1):
+            q, v = interpolated(mechanism, result.t[::every], q[::every], v[::every], a[::every], t)
+            forces, a = driven(mechanism, scene, t, q, v)
+        elif len(t) > len(q) or every > 1:
             spline = BPoly.from_derivatives(result.t[::every], np.stack([q, v, a], axis=1)[::every])
             q, v, a = spline(t), spline.derivative()(t), spline.derivative(2)(t)
             forces = law_forces(mechanism, scene, t, q, v)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache, partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +22,9 @@ from mechlab.experiment.tree_plant import TreePlant
 from mechlab.lab.accuracy.measure import largest
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.batch_dynamics import BatchDynamics
-from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.geometry import Array, quaternion_products
+from mechlab.mechanism.kinematics import unit_quaternions
+from mechlab.mechanism.many_poses import ManyPoses, moved
 from mechlab.mechanism.parts import Joint, Shaft
 
 BETWEEN = 0.125
@@ -93,8 +96,12 @@ def _scalar(m: Mechanism) -> bool:
 
 def _with_balls(m: Mechanism, scene: Scene, t: Array, q: Array, v: Array) -> tuple[dict[str, Array], Array]:
     """`driven` of a mechanism with ball joints: Pinocchio is twenty times as fast as the numpy tree."""
-    named, pushes = _one_by_one(m, CompiledLaws(m, scene.laws), t, q, v)
-    return named, engine("numpy" if available("pinocchio") else "pinocchio").accelerations(m, q, v, pushes)
+    laws = CompiledLaws(m, scene.laws)
+    if available("pinocchio"):
+        named, pushes = _one_by_one(m, laws, t, q, v)
+        return named, engine("numpy").accelerations(m, q, v, pushes)
+    plant, found = engine("pinocchio").plant(m), np.empty_like(v)
+    return _one_by_one(m, laws, t, q, v, plant, found)[0], found
 
 
 def _completed(m: Mechanism, laws: CompiledLaws, t: Array, q: Array, v: Array, forces: Array, pushes: Array) -> Array:
@@ -108,15 +115,21 @@ def _completed(m: Mechanism, laws: CompiledLaws, t: Array, q: Array, v: Array, f
     return forces
 
 
-def _one_by_one(m: Mechanism, laws: CompiledLaws, t: Array, q: Array, v: Array) -> tuple[dict[str, Array], Array]:
-    """`law_forces`, and (n, nv) generalised forces, by a call of the laws for each state."""
+def _one_by_one(
+    m: Mechanism, laws: CompiledLaws, t: Array, q: Array, v: Array, plant: Any = None, accelerations: Array | None = None
+) -> tuple[dict[str, Array], Array]:
+    """`law_forces`, and (n, nv) generalised forces, by a call of the laws for each state. Under them the plant, where one is given,
+    finds the accelerations (n, nv) too, from what it knows of the state by then."""
     # most laws see values and rates alone; those that ask for the dynamics get it ten times faster from Pinocchio
     simple = all(law.kind in OF_VALUES_AND_RATES for law in laws.laws)
-    plant = TreePlant(m) if simple or available("pinocchio") else engine("pinocchio").plant(m)
+    if plant is None:
+        plant = TreePlant(m) if simple or available("pinocchio") else engine("pinocchio").plant(m)
     made = []
     for k, x in enumerate(t.tolist()):
         laws.put(x, q[k], v[k])
         made.append(laws.forces(x, plant.set(q[k], v[k], x)))
+        if accelerations is not None:
+            accelerations[k] = plant.accelerations(made[-1][1])[0]
     forces = np.zeros((len(t), len(laws.targets)))
     for row, (x, _) in zip(forces, made, strict=True):
         row[: len(x)] = x  # a law may have come to another joint later on
@@ -129,13 +142,30 @@ def _dynamics(m: Mechanism) -> BatchDynamics:
 
 
 def dense_states(m: Mechanism, scene: Scene, nodes: Array, q: Array, v: Array, t: Array) -> DenseStates:
-    """The motion q (k, nv), v (k, nv) at the nodes (k,), k odd, at times t (n,). For joints of one coordinate."""
+    """The motion q (k, nv), v (k, nv) at the nodes (k,), k odd, at times t (n,)."""
     a = driven(m, scene, nodes, q, v)[1]
-    # not the slope of the quintic, in which the errors of two positions appear divided by the step
-    every, second = ((quintic(nodes[::k], q[::k], v[::k], a[::k], t), cubic(nodes[::k], v[::k], a[::k], t)) for k in (1, 2))
+    every, second = (interpolated(m, nodes[::k], q[::k], v[::k], a[::k], t) for k in (1, 2))
     closed, fewer = _closed(m, *every), _closed(m, *second, closings=1)
     near = (x + BETWEEN * (less - x) + (as_is - x) for x, less, as_is in zip(closed, fewer, every, strict=True))
     return DenseStates(*closed, *near)
+
+
+def interpolated(m: Mechanism, nodes: Array, q: Array, v: Array, a: Array, t: Array) -> tuple[Array, Array]:
+    """q (n, nq), v (n, nv) at times t (n,) between nodes (k,): the quintics through q, v, a; of the rates the cubics through v, a, not
+    the slope of the quintics, in which the errors of two positions appear divided by the step. Quaternions w are interpolated as
+    four numbers with the rates 1/2 w o, 1/2 w b - 1/4 |o|^2 w, where o and b are the angular velocity and its rate."""
+    if m.nq == m.nv:
+        return quintic(nodes, q, v, a, t), cubic(nodes, v, a, t)
+    dq, ddq = np.empty_like(q), np.empty_like(q)
+    dq[:, m.q_columns], ddq[:, m.q_columns] = v, a
+    for joint in m.joints:
+        if joint.kind == "spherical":
+            qs, vs = m.q_slice[joint.name], m.v_slice[joint.name]
+            zero = np.zeros((len(q), 1))
+            spin, bend = (np.hstack([zero, x[:, vs]]) for x in (v, a))
+            dq[:, qs] = 0.5 * quaternion_products(q[:, qs], spin)
+            ddq[:, qs] = 0.5 * quaternion_products(q[:, qs], bend) - 0.25 * np.sum(spin**2, axis=1, keepdims=True) * q[:, qs]
+    return unit_quaternions(m, quintic(nodes, q, dq, ddq, t)), cubic(nodes, v, a, t)
 
 
 def _cells(nodes: Array, t: Array) -> tuple[NDArray[np.intp], Array, Array]:
@@ -185,11 +215,10 @@ def _closed(m: Mechanism, q: Array, v: Array, closings: int = CLOSINGS) -> tuple
     """The nearest closed poses, and the nearest rates that keep them closed."""
     if not (m.loops or m.relations):
         return q, v
-    rows = _dynamics(m).rows
     for _ in range(closings):
-        residual, jacobian = rows.evaluate(q)
+        residual, jacobian = _dynamics(m).rows.evaluate(q) if _scalar(m) else ManyPoses(m).set(q).residual_and_jacobian()
         back = _shortest(jacobian)
-        q = q - (back @ residual[..., None])[..., 0]
+        q = moved(m, q, -(back @ residual[..., None])[..., 0])
         if largest(residual) < SETTLED:
             break
     return q, v - (back @ (jacobian @ v[..., None]))[..., 0]

@@ -1,0 +1,1 @@
+"""Path synthesis: linkages whose coupler point passes through given points."""

@@ -1,0 +1,90 @@
+"""Coupler curves of four-bars and geared five-bars in batches, with their exact derivatives.
+
+    A = O + W e^(i t),    C = D + V e^(i n t),    |A + b u - C| = c,    |u| = 1,    P = A + p u
+
+O and D are the pivots, W and V the cranks at t = 0, b the coupler A-B, c the link C-B, u the direction of the coupler, p the coupler point
+in its axes, n the ratio of the gears. V = 0 is the four-bar, whose rocker has the pivot D = C. A linkage is a row of twelve numbers,
+(O, W, D, V, b, c, p) with complex ones as x, y, and its mode: +1 where B lies left of the way from A to C.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+SIZES = 12
+FOURBAR = np.array([0, 1, 2, 3, 4, 5, 8, 9, 10, 11])
+"""Numbers of a row that a four-bar has: all but V."""
+COUPLER, LINK = 8, 9
+"""Where b and c stand in a row."""
+
+
+@dataclass(frozen=True)
+class CurvePoints:
+    """Points (..., n) of coupler curves. margin: sine of the angle at B between coupler and link, signed by the side; NaN where it does
+    not assemble."""
+
+    point: Complex
+    joint: Complex
+    pin: Complex
+    other: Complex
+    turn: Complex
+    margin: Array
+
+
+def complex_at(x: Array, k: int) -> Complex:
+    """The complex number at place k of rows (..., 12), with an axis for the angles."""
+    return np.asarray(x[..., k, None] + 1j * x[..., k + 1, None])
+
+
+def points(x: Array, mode: Array, ratio: float, t: Array) -> CurvePoints:
+    """Rows (..., 12), modes (...), crank angles (..., n) -> the points; NaN where a linkage does not assemble."""
+    pin = complex_at(x, 0) + complex_at(x, 2) * np.exp(1j * t)
+    other = complex_at(x, 4) + complex_at(x, 6) * np.exp(1j * ratio * t)
+    b, c = x[..., COUPLER, None], x[..., LINK, None]
+    way = other - pin
+    square = way.real**2 + way.imag**2
+    # law of cosines at A: cosine and sine of the angle from the way to the coupler, times the length of the way
+    along = (b * b + square - c * c) / (2.0 * b)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        across = np.asarray(mode)[..., None] * np.sqrt(square - along * along)
+        turn = way * (along + 1j * across) / square
+        joint = pin + b * turn
+        margin = across / c
+    return CurvePoints(pin + complex_at(x, 10) * turn, joint, pin, other, turn, margin)
+
+
+def slopes(x: Array, found: CurvePoints, ratio: float, t: Array) -> tuple[Complex, Complex]:
+    """Derivatives of P by the twelve numbers, (..., n, 12), and by the crank angle, (..., n)."""
+    e, f, u = np.exp(1j * t), np.exp(1j * ratio * t), found.turn
+    p, b, c = complex_at(x, 10), x[..., COUPLER, None], x[..., LINK, None]
+    rod = found.joint - found.other
+    lever = np.real(np.conj(rod) * 1j * b * u)
+    one = np.ones_like(e)
+    none = np.zeros_like(e)
+    of_pin = np.stack([one, 1j * one, e, 1j * e, *(none,) * 8], axis=-1)
+    of_other = np.stack([*(none,) * 4, one, 1j * one, f, 1j * f, *(none,) * 4], axis=-1)
+    stretch = np.zeros((*u.shape, SIZES), dtype=complex)
+    stretch[..., COUPLER] = u
+    grown = np.zeros((*u.shape, SIZES))
+    grown[..., LINK] = c
+    with np.errstate(invalid="ignore", divide="ignore"):
+        spin = (grown - np.real(np.conj(rod)[..., None] * (of_pin - of_other + stretch))) / lever[..., None]
+        out = of_pin + (1j * p * u)[..., None] * spin
+        out[..., 10] += u
+        out[..., 11] += 1j * u
+        pin_rate, other_rate = 1j * complex_at(x, 2) * e, 1j * ratio * complex_at(x, 6) * f
+        spin_rate = -np.real(np.conj(rod) * (pin_rate - other_rate)) / lever
+    return out, pin_rate + 1j * p * u * spin_rate
+
+
+def widest(x: Array) -> Array:
+    """The longest bar of each linkage (...): cranks, coupler with its point, link, ground."""
+    w, v, p = (np.abs(complex_at(x, k))[..., 0] for k in (2, 6, 10))
+    ground = np.abs(complex_at(x, 4) - complex_at(x, 0))[..., 0]
+    bar = np.abs(complex_at(x, 10)[..., 0] - x[..., COUPLER])
+    return np.max(np.stack([w, v, p, bar, x[..., COUPLER], x[..., LINK], ground]), axis=0)

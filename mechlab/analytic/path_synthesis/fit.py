@@ -1,0 +1,97 @@
+"""Least squares for many linkages at once: Levenberg's and Marquardt's method with the exact Jacobian.
+
+Unknown are the numbers of each row and, where no timing is prescribed, the crank angle of every point but the first. An angle moves its
+own point alone, so the angles are eliminated from the normal equations, and what is left has ten unknowns however many points there are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechlab.analytic.path_synthesis.curves import COUPLER, LINK, Array, Complex, points, slopes, widest
+
+STEEPEST = 1e9
+"""Damping, relative to the diagonal of the normal matrix, at which a linkage is given up."""
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """Rows (k, 12), modes (k,), crank angles (k, n), sums of squared distances (k,) at the points."""
+
+    rows: Array
+    modes: Array
+    angles: Array
+    missed: Array
+
+
+@dataclass(frozen=True)
+class Limits:
+    """size: longest bar [m]; least: sine of the smallest angle between coupler and link at a point."""
+
+    size: float
+    least: float = 0.0
+
+
+def fit(
+    targets: Complex, start: Fitted, ratio: float, free: NDArray[np.int_], timed: bool, limits: Limits, rounds: int
+) -> Fitted:
+    """Moves the numbers `free` of every row, and the angles unless `timed`, toward the points (n,).
+
+    A step that leads where a linkage does not assemble, or beyond the limits, is not taken.
+    """
+    rows, angles, modes = start.rows.copy(), np.array(start.angles), start.modes
+    missed = _missed(points(rows, modes, ratio, angles).point, targets)
+    damping = np.full(len(rows), 1e-3)
+    enough = 1e-30 * len(targets) * limits.size**2
+    for _ in range(rounds):
+        live = np.flatnonzero((damping < STEEPEST) & (missed > enough) & np.isfinite(missed))
+        if not len(live):
+            break
+        by_row, by_angle = _steps(targets, rows[live], modes[live], angles[live], ratio, free, timed, damping[live])
+        tried, turned = rows[live].copy(), angles[live] + by_angle
+        tried[:, free] += by_row
+        there = points(tried, modes[live], ratio, turned)
+        after = _missed(there.point, targets)
+        with np.errstate(invalid="ignore"):
+            flat = np.min(np.abs(there.margin), axis=1) < limits.least
+        after[flat | (widest(tried) > limits.size) | (np.min(tried[:, [COUPLER, LINK]], axis=1) <= 0.0)] = np.inf
+        better = after < missed[live]
+        stalled = better & (after > missed[live] * (1.0 - 1e-9))
+        taken = live[better]
+        rows[taken], angles[taken], missed[taken] = tried[better], turned[better], after[better]
+        damping[live] = np.where(better, np.maximum(damping[live] * 0.2, 1e-15), damping[live] * 6.0)
+        damping[live[stalled]] = STEEPEST
+    return Fitted(rows, modes, angles, missed)
+
+
+def _steps(
+    targets: Complex, rows: Array, modes: Array, angles: Array, ratio: float, free: NDArray[np.int_], timed: bool, damping: Array
+) -> tuple[Array, Array]:
+    """Steps of the free numbers (k, m) and of the angles (k, n)."""
+    here = points(rows, modes, ratio, angles)
+    by_size, by_angle = slopes(rows, here, ratio, angles)
+    j, gap = by_size[..., free], here.point - targets
+    flat, r = np.concatenate([j.real, j.imag], axis=1), np.concatenate([gap.real, gap.imag], axis=1)
+    normal, slope = np.swapaxes(flat, 1, 2) @ flat, (np.swapaxes(flat, 1, 2) @ r[..., None])[..., 0]
+    diagonal = np.arange(len(free))
+    weight = normal[:, diagonal, diagonal].copy()
+    normal[:, diagonal, diagonal] += damping[:, None] * weight + 1e-15 * np.max(weight, axis=1, keepdims=True) + 1e-300
+    if timed:
+        return np.linalg.solve(normal, -slope[..., None])[..., 0], np.zeros_like(angles)
+    # rows of the angles: own = |dP/dt|^2, coupling = dP/dt . dP/dx, pull = dP/dt . gap; the first angle stays, as the crank's phase is free
+    own = (1.0 + damping[:, None]) * np.abs(by_angle) ** 2
+    own[:, 0] = np.inf
+    coupling, pull = np.real(np.conj(by_angle)[..., None] * j), np.real(np.conj(by_angle) * gap)
+    shared = np.swapaxes(coupling / own[..., None], 1, 2)
+    normal = normal - shared @ coupling
+    step = np.linalg.solve(normal, -(slope - (shared @ pull[..., None])[..., 0])[..., None])[..., 0]
+    return step, -(pull + (coupling @ step[..., None])[..., 0]) / own
+
+
+def _missed(found: Complex, targets: Complex) -> Array:
+    gap = found - targets
+    out = np.sum(gap.real**2 + gap.imag**2, axis=-1)
+    return np.where(np.isfinite(out), out, np.inf)

@@ -1,0 +1,165 @@
+"""Synthesis of motions and paths: four-bars and geared five-bars through given positions or points."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mechlab.analytic import burmester
+from mechlab.analytic.path_synthesis.curves import COUPLER, LINK, Array
+from mechlab.analytic.path_synthesis.path import EXACT, PathLinkage, PathTask, path_fivebars, path_fourbars
+from mechlab.mechanism.newton import Status
+from mechlab.studies.synthesis.built import Built, led, rounded
+from mechlab.studies.synthesis.given import Given
+from mechlab.studies.synthesis.result import SynthesisResult, found_rows
+
+POINTS = 200
+"""Most points of a path."""
+CLOSE = 1e-7
+"""Largest distance between what the engine reaches and the closed form, relative to the extent of the points: the solver's tolerance."""
+
+
+def motion(given: Given) -> SynthesisResult:
+    """Four-bars whose coupler passes through five positions exactly: see `mechlab.analytic.burmester`."""
+    five = burmester.POSITIONS
+    x, y = (given.numbers(k, "m", five, five) for k in ("x", "y"))
+    angles = given.numbers("angle", "rad", five, five)
+    places = np.array([complex(a, b) for a, b in zip(x, y, strict=True)])
+    found = burmester.leading_fourbars(places, angles)
+    solutions, commands = [], []
+    for f in found:
+        row: dict[str, Any] = {}
+        for name, dyad in (("driver", f.first), ("follower", f.second)):
+            row |= {f"{name}_pivot_x": dyad.pivot.real, f"{name}_pivot_y": dyad.pivot.imag, name: dyad.length}
+            row |= {f"{name}_pin_x": dyad.point.real, f"{name}_pin_y": dyad.point.imag}
+        solutions.append(row | {"coupler": f.coupler, "one_mode": f.same_mode})
+        if f.same_mode:
+            commands.append(_leading(f, places, np.array(angles)).command)
+    data = {"count": len(found), "solutions": solutions, "commands": commands}
+    if not found:
+        text = "no four-bar leads a body through these five positions: they have no real circle points; change one of them a little"
+        return SynthesisResult(given.task, Status.OUT_OF_REACH, text, data)
+    kept = sum(f.same_mode for f in found)
+    text = f"{len(found)} four-bars pass through the five positions, {kept} of them without being taken apart; pins in the axes of the body"
+    return replace(found_rows(given.task, text, data, solutions), commands=tuple(commands))
+
+
+def _leading(f: burmester.LeadingFourbar, places: Array, angles: Array) -> Built:
+    """A four-bar of two dyads as the entry path_fourbar; its coupler point is the origin of the body."""
+    turns = np.exp(1j * angles)
+    pin, joint = places + turns * f.first.point, places + turns * f.second.point
+    crank = np.unwrap(np.angle(pin - f.first.pivot))
+    side = np.imag(np.conj(f.second.pivot - pin) * (joint - pin))[0]
+    span = f.second.point - f.first.point
+    point = -f.first.point * abs(span) / span
+    o, w, d = f.first.pivot, f.first.length, f.second.pivot
+    row = np.array([o.real, o.imag, w, 0.0, d.real, d.imag, 0.0, 0.0, f.coupler, f.second.length, point.real, point.imag])
+    return Built("path_fourbar", rounded(_parameters(row, 1 if side > 0 else -1, 0, crank)), crank)
+
+
+def path(given: Given) -> SynthesisResult:
+    """Four-bars, and geared five-bars where those do not reach, whose coupler point passes through points in their order.
+
+    See `mechlab.analytic.path_synthesis.path`; each linkage is led along its path by an engine.
+    """
+    x = given.numbers("x", "m", 3, POINTS)
+    y = given.numbers("y", "m", len(x), len(x))
+    timing = np.array(given.numbers("angle", "rad", len(x), len(x))) if "angle" in given.values else None
+    targets = np.array(x) + 1j * np.array(y)
+    extent = 2.0 * float(np.max(np.abs(targets - targets.mean())))
+    task = PathTask(
+        targets, timing, given.within("size", "m", 10.0 * extent, 0.1 * extent, 1e6 * extent),
+        given.within("transmission_angle_min", "rad", np.radians(10.0), 0.0, np.radians(80.0)),
+    )  # fmt: skip
+    limit = given.integer("limit", 3, 1, 50)
+    bars = path_fourbars(task)
+    chosen, left_out = _kept(bars, task)
+    exact = bool(chosen) and float(np.max(chosen[0].distances)) < EXACT * extent
+    if not exact:
+        gears, more = _kept(path_fivebars(task, bars), task)
+        best = chosen[0].squares if chosen else np.inf
+        chosen = [*chosen[:limit], *(g for g in gears if g.squares < 0.99 * best)][: 2 * limit]
+        left_out = {k: n + more[k] for k, n in left_out.items()}
+    solutions = list[dict[str, Any]]()
+    for f in chosen:
+        if len(solutions) == (limit if exact else 2 * limit):
+            break
+        row = _verified(given, f, task)
+        if row is None:
+            left_out["engine"] += 1
+        else:
+            solutions.append(row)
+    data = {"count": len(solutions), "solutions": solutions, "left_out": left_out, "points": len(x), "timed": task.timed}
+    if not solutions:
+        text = (
+            f"no linkage passes near these {len(x)} points in their order with a transmission angle of {np.degrees(task.least):.3g} deg "
+            f"and bars up to {task.size:.4g} m ({left_out['branch']} would have to be taken apart, {left_out['order']} meet the points in "
+            "another order). Try a smaller transmission_angle_min, a larger size, or fewer points"
+        )
+        return SynthesisResult(given.task, Status.OUT_OF_REACH, text, data)
+    first = solutions[0]
+    how = "exactly" if exact else f"within {first['worst']:.4g} m (sum of squares {first['squares']:.6g} m2)"
+    text = f"{_named(first)} passes through the {len(x)} points {how}"
+    better = [s for s in solutions if s["entry"] == "path_fivebar"]
+    if better and first["entry"] != "path_fivebar":
+        text += f", {_named(better[0])} within {better[0]['worst']:.4g} m (sum of squares {better[0]['squares']:.6g} m2)"
+    text += f"; left out: {left_out['branch']} that jump the branch, {left_out['order']} the order"
+    names = ("entry", "worst", "squares", "least_transmission_angle", "crank_turns")
+    rows = tuple((*(s[n] for n in names), *(s["parameters"][k] for k in ("crank", "coupler", "ground"))) for s in solutions)
+    commands = tuple(s["command"] for s in solutions)
+    return SynthesisResult(given.task, Status.SOLVED, text, data, (*names, "crank", "coupler", "ground"), rows, commands)
+
+
+def _named(solution: dict[str, Any]) -> str:
+    return "a four-bar" if solution["entry"] == "path_fourbar" else "a geared five-bar"
+
+
+def _kept(found: Iterable[PathLinkage], task: PathTask) -> tuple[list[PathLinkage], dict[str, int]]:
+    """Those without a defect and with the wanted transmission angle, and how many were left out, by reason."""
+    every = list(found)
+    count = {k: sum(f.defect == k for f in every) for k in ("branch", "order")}
+    fine = [f for f in every if not f.defect]
+    # the fit keeps to the angle at the points; on the way between them it may be smaller by rounding of a limit
+    kept = [f for f in fine if f.least_transmission_angle >= task.least - 1e-9]
+    return kept, count | {"transmission_angle": len(fine) - len(kept), "engine": 0}
+
+
+def _verified(given: Given, f: PathLinkage, task: PathTask) -> dict[str, Any] | None:
+    """The linkage as an entry, with what an engine measures at its points; None where the engine does not follow."""
+    crank = f.angles + float(np.angle(complex(f.row[2], f.row[3])))
+    entry = "path_fivebar" if f.ratio else "path_fourbar"
+    built = Built(entry, rounded(_parameters(f.row, f.mode, f.ratio, crank)), crank)
+    seen = led(given.find, built, ("P_x", "P_z"))
+    if seen is None:
+        return None
+    witness, values = seen
+    distances = np.abs(values["P_x"] + 1j * values["P_z"] - task.targets) if witness else f.distances
+    if np.max(np.abs(distances - f.distances)) > CLOSE * max(task.extent, float(np.max(np.abs(f.row)))):
+        return None
+    facts = {
+        "worst": float(np.max(distances)), "squares": float(np.sum(distances**2)),
+        "least_transmission_angle": f.least_transmission_angle,
+        "crank_turns": f.crank_turns, "crank_angles": crank.tolist(), "distances": distances.tolist(),
+        "measured_by": witness or "closed form",
+    }  # fmt: skip
+    return replace(built, facts=facts).to_dict()
+
+
+def _parameters(row: Array, mode: int, ratio: int, crank: Sequence[float] | Array) -> dict[str, float | int]:
+    """Parameters of path_fourbar, or of path_fivebar where the ratio is not 0, from a row of `curves`."""
+    o, w, d, v, p = (complex(row[k], row[k + 1]) for k in (0, 2, 4, 6, 10))
+    ground = d - o
+    place: dict[str, float | int] = {
+        "pivot_x": o.real, "pivot_y": o.imag, "tilt": float(np.angle(ground)), "ground": abs(ground), "crank": abs(w),
+    }  # fmt: skip
+    end: dict[str, float | int] = {
+        "mode": mode, "point": abs(p), "point_angle": float(np.angle(p)), "first": float(crank[0]), "turn": float(crank[-1] - crank[0]),
+    }  # fmt: skip
+    if not ratio:
+        return place | {"coupler": float(row[COUPLER]), "rocker": float(row[LINK])} | end
+    phase = float(np.angle(np.exp(1j * (np.angle(v) - ratio * np.angle(w)))))
+    gears = {"second": abs(v), "gear_ratio": ratio, "phase": phase, "coupler": float(row[COUPLER]), "link": float(row[LINK])}
+    return place | gears | end
