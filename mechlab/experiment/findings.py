@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from mechlab.experiment.laws import Law
 from mechlab.experiment.recording import Finding, limit_finding
-from mechlab.mechanism.assembly import same_sign
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
@@ -101,9 +100,7 @@ class ModeWatch:
 
     def __init__(self, mechanism: Mechanism, held: Sequence[str]) -> None:
         self.mechanism, self.held = mechanism, tuple(held)
-        self._first = self._last = 0.0
-        self._before: Array | None = None
-        self._jacobian: Array | None = None
+        self._first = 0.0
         self._modes = _Modes(mechanism, self.held) if self.held else None
         self._tree, self._constraints = TreeKinematics(mechanism), ConstraintSet(mechanism)
 
@@ -116,25 +113,15 @@ class ModeWatch:
         """True when the mode at q (nq,) differs from that of the first call; always False without held joints."""
         if self._modes is None or not np.all(np.isfinite(q)):
             return False
-        jacobian = self._constraints.jacobian(self._tree.set(q))
-        signs = self._modes.signs(np.array([jacobian] if self._jacobian is None else [self._jacobian, jacobian]))
-        if self._jacobian is not None and signs[0] * self._last < 0.0:  # the way goes on from the last pose
-            signs = -signs
-        self._jacobian, self._last = jacobian, float(signs[-1])
-        return self._first_other(signs[-1:]) is not None
+        return self._first_other(self._modes.signs(self._constraints.jacobian(self._tree.set(q))[None])) is not None
 
     def first_change(self, q: Array) -> int | None:
         """Index of the first of several poses q (n, nq) for which `changed` is True; None where there is none."""
         if self._modes is None or not len(q):
             return None
-        before = 0 if self._before is None else 1  # the way goes on from the last pose
-        q = q if self._before is None else np.vstack([self._before, q])
         jacobians = ManyPoses(self.mechanism).set(q).residual_and_jacobian()[1]
-        signs = np.where(np.isfinite(q).all(axis=1), self._modes.signs(jacobians), 0.0)
-        if before and signs[0] * self._last < 0.0:
-            signs = -signs
-        self._before, self._last = q[-1], float(signs[-1])
-        return self._first_other(signs[before:])
+        signs = self._modes.signs(jacobians)
+        return self._first_other(np.where(np.isfinite(q).all(axis=1), signs, 0.0))
 
     def _first_other(self, signs: Array) -> int | None:
         """Index of the first sign that is opposite to the first one of all calls that was not 0."""
@@ -155,7 +142,6 @@ class _Modes:
         self.square = len(self.keep) + len(rows) == mechanism.nv
         self.tail = np.array(rows).reshape(len(rows), mechanism.nv)
         self.constant = not mechanism.loops
-        self.repeats = len(self.keep) < len(ConstraintSet(mechanism))
 
     def signs(self, jacobian: Array) -> Array:
         """(n,) signs of the determinants with the constraint Jacobians (n, rows, nv); 0 where the matrix is not square or is
@@ -166,12 +152,7 @@ class _Modes:
             return np.repeat(self.signs(jacobian[:1]), len(jacobian))
         tails = np.broadcast_to(self.tail, (len(jacobian), *self.tail.shape))
         sign, size = np.linalg.slogdet(np.concatenate([jacobian[:, self.keep], tails], axis=1))
-        sign = np.where(size > -60, sign, 0.0)
-        changes = np.flatnonzero(sign[1:] * sign[:-1] < 0.0) if self.repeats else ()
-        for k in changes:  # of the mode, or of the rows that are independent
-            if same_sign(jacobian[k], jacobian[k + 1], self.tail, len(self.keep)):
-                sign[k + 1 :] *= -1.0
-        return sign
+        return np.where(size > -60, sign, 0.0)
 
 
 def mode_signs(mechanism: Mechanism, q: Array, held: Sequence[str]) -> Array:

@@ -17,8 +17,9 @@ from mechlab.mechanism.newton import Assembly, Status, follow, newton
 from mechlab.mechanism.parts import LOOP_ROWS, Body
 from mechlab.mechanism.structure import independent_rows
 
+
 NEAR = 1e-6
-"""Poses that differ by less [rad or m] are one."""
+"""Poses that differ by less [rad or m] are in the same mode: where two modes are so close the sign is rounding."""
 
 
 def _tree(mechanism: Mechanism) -> tuple[TreeKinematics, ConstraintSet]:
@@ -103,60 +104,7 @@ def same_mode(mechanism: Mechanism, before: Array, after: Array, held: Sequence[
     if float(np.max(np.abs(before - after), initial=0.0)) < NEAR:
         return True
     a, b = mode_sign(mechanism, before, held), mode_sign(mechanism, after, held)
-    return a == 0 or b == 0 or a == b or kept_on_the_way(mechanism, before, after, held)
-
-
-STRIDE, FEWEST_STRIDES = 0.1, 16
-"""Largest change of a held joint between two poses of a way [rad, or of the length scale], and the least number of them."""
-
-
-def kept_on_the_way(mechanism: Mechanism, before: Array, after: Array, held: Sequence[str]) -> bool:
-    """Whether the straight way of the `held` joints leads from one pose to the other without a change of mode, where rows repeat others.
-
-    Which rows are independent may change on the way, and with it the sign that `mode_sign` reads off fixed ones: here the rows are
-    chosen anew at every pose (`same_sign`).
-    """
-    tree, constraints = _tree(mechanism)
-    rank = len(independent_rows(mechanism, constraints))
-    if rank == len(constraints):
-        return False
-    rows = np.array([mechanism.row(n) for n in held]).reshape(len(held), mechanism.nv)
-    begin, end = (np.array([mechanism.value(n, q) for n in held]) for q in (before, after))
-    sizes = [mechanism.length_scale if is_length(mechanism, n) else 1.0 for n in held]
-    count = max(FEWEST_STRIDES, int(np.ceil(np.max(np.abs(end - begin) / sizes, initial=0.0) / STRIDE)))
-    pose, jacobian = before, constraints.jacobian(tree.set(before))
-    for s in np.linspace(0.0, 1.0, count + 1)[1:]:
-        wanted = begin + s * (end - begin)
-
-        def evaluate(x: Array, wanted: Array = wanted) -> tuple[Array, Array]:
-            tree.set(x)
-            now = np.array([mechanism.value(n, x) for n in held])
-            return np.concatenate([constraints.residual(tree), now - wanted]), np.vstack([constraints.jacobian(tree), rows])
-
-        found = newton(evaluate, lambda x, dv: integrate(mechanism, x, dv), pose)
-        if not found.closed:
-            return False
-        pose, last = found.q, jacobian
-        jacobian = constraints.jacobian(tree.set(pose))
-        if not same_sign(last, jacobian, rows, rank):
-            return False
-    return float(np.max(np.abs(pose - after), initial=0.0)) < NEAR
-
-
-def same_sign(first: Array, second: Array, held: Array, rank: int) -> bool:
-    """Whether det [rows of the closure; held] has one sign, not 0, with two Jacobians (m, nv) of neighbours, on the rows that are
-    most independent at the first: each of `rank` rows is the one that adds most to those before it."""
-    left, rows = np.array(first, dtype=float), []
-    for _ in range(rank):
-        sizes = np.linalg.norm(left, axis=1)
-        k = int(np.argmax(sizes))
-        if not sizes[k] > 0.0:
-            return False
-        rows.append(k)
-        unit_row = left[k] / sizes[k]
-        left = left - np.outer(left @ unit_row, unit_row)
-    a, b = (np.linalg.slogdet(np.vstack([x[rows], held])) for x in (first, second))
-    return bool(a[0] * b[0] > 0.0 and min(a[1], b[1]) > -60)
+    return a == 0 or b == 0 or a == b
 
 
 def assembled_pose(m: Mechanism, guess: Mapping[str, float], hold: Sequence[str]) -> Array:

@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike
 from mechlab.engines.pinocchio.constraints import PinConstraints
 from mechlab.engines.pinocchio.kinematics import PinKinematics
 from mechlab.engines.pinocchio.quantities import Quantities, interpolate
-from mechlab.mechanism.assembly import kept_on_the_way
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kept import LastKept
@@ -65,10 +64,7 @@ class Closer:
         if float(np.max(np.abs(before - after), initial=0.0)) < NEAR:
             return True
         a, b = self._mode(before), self._mode(after)
-        if a == 0.0 or b == 0.0 or a == b:
-            return True
-        joints = set(self.names) <= set(self.mechanism.scalar_names)
-        return joints and not len(self._local) and kept_on_the_way(self.mechanism, before, after, self.names)
+        return a == 0.0 or b == 0.0 or a == b
 
     def _mode(self, q: Array) -> float:
         self.kin.set(q)
