@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import cmath
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from mechlab.kit.compass import meet
 from mechlab.kit.in_world import InWorld
-from mechlab.kit.short import Outside, PlotRecipe, builder_entry, farthest, parameter
+from mechlab.kit.short import Motion, PlotRecipe, always, builder_entry, parameter
 from mechlab.mechanism import Inertia, Mechanism, revolute
 
 
@@ -27,26 +28,20 @@ class Parameters:
 
 def build(p: Parameters) -> Mechanism:
     """m1 r1 = m2 (l2 - r2) l1 / l2 and m3 r3 = m2 r2 l3 / l2, opposite to the pins; here r2 = l2 / 2."""
-    d, t = complex(p.ground, 0), complex(p.crank * math.cos(1.0), p.crank * math.sin(1.0))
-    way = d - t
-    along = (abs(way) ** 2 + p.coupler**2 - p.rocker**2) / (2 * abs(way))
-    b = t + way / abs(way) * complex(along, math.sqrt(p.coupler**2 - along**2))
-    at = lambda z: np.array([z.real, z.imag, 0.0])  # noqa: E731
-    w = InWorld("berkof_lowen", 0.01, (0, -9.81, 0), "balanced four-bar")
-    for name, joint, pivot, pin, length in (("crank", "crank_angle", 0j, t, p.crank), ("rocker", "rocker_angle", d, b, p.rocker)):
-        r = 0.5 * p.mass * length / p.counter
-        back = -(pin - pivot) / abs(pin - pivot) * r
-        weight = Inertia.cylinder(p.counter, 0.3 * length, 0.02).at((back.real, back.imag, 0.0))
-        zero = math.atan2((pin - pivot).imag, (pin - pivot).real)
-        w.link(name, revolute(joint, "z", zero=zero), at=at(pivot), to=[at(pin), at(pivot + back)], mass_per_length=1e-9, more=weight)
-        w.mark(f"G_{name}", name, at(pivot + back))
+    d, t, at = complex(p.ground, 0), cmath.rect(p.crank, 1.0), lambda z: np.array([z.real, z.imag, 0.0])
+    w, b = InWorld("berkof_lowen", 0.01, (0, -9.81, 0), "balanced four-bar"), meet(t, p.coupler, d, p.rocker, 1)
+    for name, pivot, pin in (("crank", 0j, t), ("rocker", d, b)):
+        back = -0.5 * p.mass / p.counter * (pin - pivot)
+        weight = Inertia.cylinder(p.counter, 0.3 * abs(pin - pivot), 0.02).at((back.real, back.imag, 0.0))
+        joint, ends = revolute(f"{name}_angle", "z", zero=cmath.phase(pin - pivot)), [at(pin), at(pivot + back)]
+        w.link(name, joint, at=at(pivot), to=ends, mass_per_length=1e-9, more=weight).mark(f"G_{name}", name, ends[1])
     rod = Inertia.rod(p.mass, (0, 0, 0), tuple(at(b - t).tolist()), 0.005)
     w.link("coupler", revolute("coupler_joint", "z"), at=at(t), to=[at(b)], parent="crank", mass_per_length=1e-9, more=rod)
     w.close("pin", "coupler", "rocker", at(b)).mark("G_coupler", "coupler", at(0.5 * (t + b)))
     return w.drive("crank_angle", stiffness=50.0, damping=0.5).build()
 
 
-def centre(p: Parameters, m: Mapping[str, np.ndarray], x: str) -> np.ndarray:
+def centre(p: Parameters, m: Motion, x: str) -> np.ndarray:
     """A coordinate of the common centre of mass along the path."""
     return (p.counter * (m[f"G_crank_{x}"] + m[f"G_rocker_{x}"]) + p.mass * m[f"G_coupler_{x}"]) / (2 * p.counter + p.mass)
 
@@ -55,14 +50,10 @@ ENTRY = builder_entry(
     "berkof_lowen", "Balanced four-bar", "balance",
     summary="Counterweights on crank and rocker balance the coupler too: no shaking force at any speed.", use="High-speed machinery.",
     origin="R. S. Berkof and G. G. Lowen, 1969", parameters=Parameters, build=build,
-    path=lambda p: {"crank_angle": (1.0, 1.0 + 2 * math.pi)}, sliders=("coupler", "counter"),
-    plots=(PlotRecipe("rocker", ("rocker_angle",)),),
-    outside=(
-        Outside("motion of the common centre of mass over a turn", "m", lambda p: 0.0,
-                lambda p, m: farthest(np.hypot(*(centre(p, m, x) - centre(p, m, x)[0] for x in "xy")), 0.0), 1e-9, "Berkof, Lowen 1969"),
-        Outside("torque that holds the crank against gravity, at its largest", "N m", lambda p: 0.0,
-                lambda p, m: farthest(m["crank_angle_force"], 0.0), 1e-7, "the centre of mass stands still; rods of 1e-9 kg/m left out"),
-    ),
-    chain="RRRR", formulas="m1 r1 = m2 l1 / 2, m3 r3 = m2 l3 / 2.",
-    sources=("Berkof, Lowen, A new method for completely force balancing simple linkages, 1969",),
+    path=lambda p: {"crank_angle": (1.0, 1.0 + 2 * math.pi)}, sliders=("coupler",), plots=(PlotRecipe("rocker", ("rocker_angle",)),),
+    outside=(always("motion of the common centre of mass over a turn", "m",
+                    lambda p, m: np.hypot(*(centre(p, m, x) - centre(p, m, x)[0] for x in "xy")), lambda p: 0.0, "Berkof, Lowen 1969"),
+             always("torque that holds the crank against gravity", "N m", lambda p, m: m["crank_angle_force"], lambda p: 0.0,
+                    "the centre of mass stands still; rods of 1e-9 kg/m left out", 1e-7)),
+    chain="RRRR", formulas="m1 r1 = m2 l1 / 2, m3 r3 = m2 l3 / 2.", sources=("Berkof, Lowen, J. Eng. Ind. 91, 1969",),
 )  # fmt: skip

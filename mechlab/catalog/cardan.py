@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from mechlab.kit.in_world import InWorld
-from mechlab.kit.short import Outside, PlotRecipe, builder_entry, parameter
+from mechlab.kit.short import Motion, PlotRecipe, builder_entry, parameter, speeds
 from mechlab.mechanism import Mechanism, revolute
 
 
@@ -36,17 +35,9 @@ def build(p: Parameters) -> Mechanism:
     return w.assemble({}, hold=["driver_angle"])
 
 
-def ratio(p: Parameters, m: Mapping[str, np.ndarray], place: int) -> float:
-    """Speed of the follower over that of the driver."""
-    return float(m["follower_angle_rate"][place] / m["driver_angle_rate"][place])
-
-
-def closed(p: Parameters, given: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+def closed(p: Parameters, given: Motion) -> Motion:
     """tan(follower) = tan(driver) cos(angle): pins (0, -sin t, cos t) and (-s cos f, c cos f, sin f) are at right angles."""
-    t, c = given["driver_angle"], math.cos(p.angle)
-    rate = c / (np.cos(t) ** 2 + (c * np.sin(t)) ** 2) * 2 * math.pi
-    return {"follower_angle_rate": rate, "driver_angle_rate": np.full(len(t), 2 * math.pi),
-            "follower_angle": np.unwrap(np.arctan2(c * np.sin(t), np.cos(t)))}
+    return {"follower_angle": np.arctan2(math.cos(p.angle) * np.sin(given["driver_angle"]), np.cos(given["driver_angle"]))}
 
 
 ENTRY = builder_entry(
@@ -55,10 +46,10 @@ ENTRY = builder_entry(
     build=build, path=lambda p: {"driver_angle": (0.0, 2 * math.pi)}, closed=closed, sliders=("angle",),
     plots=(PlotRecipe("speed", ("follower_angle_rate",)),),
     outside=(
-        Outside("speed ratio with the driving yoke across the bend", "", lambda p: math.cos(p.angle), lambda p, m: ratio(p, m, 0), 1e-9,
-                "Hooke 1676: cos(angle)"),
-        Outside("speed ratio a quarter turn on", "", lambda p: 1 / math.cos(p.angle), lambda p, m: ratio(p, m, 6), 1e-9,
-                "Hooke 1676: 1 / cos(angle)"),
+        speeds("follower_angle", "driver_angle", lambda p: math.cos(p.angle), "Hooke 1676: cos(angle)",
+               text="speed ratio with the driving yoke across the bend"),
+        speeds("follower_angle", "driver_angle", lambda p: 1 / math.cos(p.angle), "Hooke 1676: 1 / cos(angle)", 6,
+               text="speed ratio a quarter turn on"),
     ),
     chain="R, 2 R, R", formulas="tan(follower) = tan(driver) cos(angle).",
     sources=("Seherr-Thoss, Schmelz, Aucktor, Universal Joints and Driveshafts",),

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
 from mechlab.kit.in_world import InWorld
-from mechlab.kit.legs import circle, platform, rod, thirds
-from mechlab.kit.short import Outside, PlotRecipe, builder_entry, farthest, parameter, value_at
-from mechlab.mechanism import Mechanism, revolute
+from mechlab.kit.legs import arm_to, circle, crank, platform, posed, rod, thirds, to
+from mechlab.kit.short import PlotRecipe, always, builder_entry, each, ends, parameter
+from mechlab.mechanism import Mechanism
 
 
 @dataclass(frozen=True)
@@ -26,51 +25,36 @@ class Parameters:
     depth: float = parameter(0.7, "m", "platform below the base at rest", low=0, strict=True)
 
 
-def arm_angle(p: Parameters, k: int, place: np.ndarray) -> float:
-    """Arm k below the horizontal for a platform place: in its own plane the elbow (base + arm cos t, -arm sin t) keeps the distance
-    rod from the platform joint (x, y, z): c cos t + z sin t = s, c = base - x, 2 arm s = rod2 - arm2 - c2 - y2 - z2, the outer one."""
-    turn = thirds()[k]
-    x = math.cos(turn) * place[0] + math.sin(turn) * place[1] + p.platform
-    y = -math.sin(turn) * place[0] + math.cos(turn) * place[1]
-    c, z = p.base - x, place[2]
-    s = (p.rod**2 - p.arm**2 - c * c - y * y - z * z) / (2 * p.arm)
-    return math.acos(s / math.hypot(c, z)) + math.atan2(z, c)
+def leg(p: Parameters, k: int, given: Mapping[str, float]) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
+    """Angle of arm k (0 to 2) below the level, its elbow, the middle of the platform joints, the direction of its plane; the outer one."""
+    out, place = circle(1.0, thirds())[k], posed("platform", given, (0, 0, -p.depth))[0]
+    angle, elbow = arm_to(p.base * out, out, place + p.platform * out, p.arm, p.rod, 1)
+    return -angle, elbow, place + p.platform * out, out
+
+
+def arms(p: Parameters, given: Mapping[str, float]) -> dict[str, float]:
+    """Where the circle of each arm meets the sphere of its rods; the platform stays level."""
+    return {ARMS[k]: leg(p, k, given)[0] for k in range(3)} | {"platform_roll": 0.0, "platform_pitch": 0.0, "platform_yaw": 0.0}
 
 
 def build(p: Parameters) -> Mechanism:
     """The platform has all six freedoms; the rods take away its turns."""
-    down = np.array([0.0, 0.0, -p.depth])
-    w, t = InWorld("clavel_delta", 0.012, summary="Delta robot with rotary arms"), arm_angle(p, 0, down)
-    joints = [np.array(q) + down for q in circle(p.platform, thirds())]
-    platform(w, "platform", down, joints, 0.5)
-    for k, turn in enumerate(thirds(), 1):
-        out, side = np.array([math.cos(turn), math.sin(turn), 0.0]), np.array([-math.sin(turn), math.cos(turn), 0.0])
-        elbow = (p.base + p.arm * math.cos(t)) * out - np.array([0, 0, p.arm * math.sin(t)])
-        w.link(f"arm_{k}", revolute(f"arm_{k}_angle", side.tolist(), zero=t), at=p.base * out,
-               to=[elbow + 0.5 * p.width * side, elbow - 0.5 * p.width * side])
-        for n, s in (("left", 0.5), ("right", -0.5)):
-            rod(w, f"rod_{k}_{n}", elbow + s * p.width * side, joints[k - 1] + s * p.width * side, f"arm_{k}", "platform")
-        w.drive(f"arm_{k}_angle", stiffness=200.0, damping=2.0)
-    return w.mark("P", "platform", down).build()
+    w, legs = InWorld("clavel_delta", 0.012, summary="Delta robot with rotary arms"), [leg(p, k, {}) for k in range(3)]
+    platform(w, "platform", (0, 0, -p.depth), [x[2] for x in legs], 0.5)
+    for k, (t, elbow, joint, out) in enumerate(legs, 1):
+        half = 0.5 * p.width * np.cross([0, 0, 1], out)
+        crank(w, f"arm_{k}", ARMS[k - 1], p.base * out, -out, t, elbow + half, elbow - half)
+        rod(w, f"rod_{k}_left", elbow + half, joint + half, f"arm_{k}", "platform")
+        rod(w, f"rod_{k}_right", elbow - half, joint - half, f"arm_{k}", "platform")
+    return w.mark("P", "platform", (0, 0, -p.depth)).build()
 
 
-def at_end(p: Parameters, k: int) -> float:
-    """Angle of arm k at the end of the path."""
-    return arm_angle(p, k, np.array([*END.values()]) - [0, 0, p.depth])
-
-
-END = {"platform_x": 0.1, "platform_y": -0.05, "platform_z": -0.06}
+PATH, ARMS = to("platform", 0.1, -0.05, -0.06), ("arm_1_angle", "arm_2_angle", "arm_3_angle")
 ENTRY = builder_entry(
-    "clavel_delta", "Delta robot", "parallel-robot",
-    summary="Three rotary arms and three pairs of rods: fast translation of a level platform.",
-    use="Picking and packing at several parts a second.", origin="Reymond Clavel, 1985", parameters=Parameters, build=build,
-    path=lambda p: {n: (0.0, x) for n, x in END.items()}, drives=("arm_1_angle", "arm_2_angle", "arm_3_angle"), sliders=("arm", "rod"),
-    plots=(PlotRecipe("arms", ("arm_1_angle", "arm_2_angle", "arm_3_angle")),),
-    outside=(
-        *(value_at(f"arm_{k + 1}_angle", partial(at_end, k=k), "Clavel 1991: sphere and circle", unit="rad") for k in (0, 1)),
-        Outside("tilt of the platform along the path", "rad", lambda p: 0.0,
-                lambda p, m: farthest(abs(m["platform_roll"]) + abs(m["platform_pitch"]), 0.0), 1e-9, "parallelograms"),
-    ),
-    chain="3 R (SS)2", formulas="|elbow - platform joint| = rod.",
-    sources=("Clavel, Conception d'un robot parallele rapide a 4 degres de liberte, 1991",),
+    "clavel_delta", "Delta robot", "parallel-robot", use="Picking and packing at several parts a second.",
+    summary="Three rotary arms and three pairs of rods: fast translation of a level platform.", origin="Reymond Clavel, 1985", drives=ARMS,
+    parameters=Parameters, build=build, path=lambda p: PATH, closed=each(arms), sliders=("arm", "rod"), plots=(PlotRecipe("arms", ARMS),),
+    outside=(*ends(arms, PATH, ARMS[:2], "Clavel 1991: sphere and circle"),
+             always("tilt", "rad", lambda p, m: abs(m["platform_roll"]) + abs(m["platform_pitch"]), lambda p: 0.0, "parallelograms")),
+    chain="3 R (SS)2", formulas="|elbow - platform joint| = rod.", sources=("Clavel, Conception d'un robot parallele rapide, EPFL 1991",),
 )  # fmt: skip

@@ -5,8 +5,8 @@ from __future__ import annotations
 import cmath
 from dataclasses import dataclass
 
-from mechlab.kit.compass import meet
-from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, parameter, planar_entry
+from mechlab.kit.compass import at, meet
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, parameter, planar_entry, speeds
 
 
 @dataclass(frozen=True)
@@ -31,13 +31,16 @@ def linkage(p: Parameters) -> Linkage:
     )  # fmt: skip
 
 
-def camber(p: Parameters) -> float:
-    """Turn of the upright from full droop to full bump, by compasses."""
-    found = []
-    for t in (-p.bump, p.bump):
-        a = cmath.rect(p.lower, t)
-        found.append(cmath.phase(meet(a, p.upright, complex(p.inward, p.above), p.upper, -1) - a))
-    return found[1] - found[0]
+def upright(p: Parameters, t: float) -> complex:
+    """From A to B with the lower arm at t, by compasses."""
+    a = at(p.lower, t)
+    return meet(a, p.upright, complex(p.inward, p.above), p.upper, -1) - a
+
+
+def pole(p: Parameters) -> float:
+    """The upright turns about the crossing of the arms: -lower / (distance of A from there), with the lower arm level."""
+    arm = complex(p.lower, 0.0) + upright(p, 0.0) - complex(p.inward, p.above)
+    return -p.lower / (p.inward - p.above * arm.real / arm.imag - p.lower)
 
 
 ENTRY = planar_entry(
@@ -47,19 +50,10 @@ ENTRY = planar_entry(
     width=lambda p: 0.06 * p.lower, links=("upright", "upper"), points=("W",), sliders=("upper", "above"),
     plots=(PlotRecipe("camber", ("upright_angle",)),),
     outside=(
-        Outside("change of camber from droop to bump", "rad", camber, lambda p, m: float(m["upright_angle"][-1] - m["upright_angle"][0]),
-                1e-9, "ruler and compasses"),
-        # the upright turns about the crossing of the arms: its rate is zero where they are parallel; ratio of rates by the law of sines
-        Outside("instant centre: rate of the upright over the lower arm, in the middle", "", lambda p: pole(p),
-                lambda p, m: float(m["upright_angle_rate"][12] / m["lower_angle_rate"][12]), 1e-9, "Aronhold and Kennedy"),
+        Outside("change of camber from droop to bump", "rad", lambda p: cmath.phase(upright(p, p.bump) / upright(p, -p.bump)),
+                lambda p, m: float(m["upright_angle"][-1] - m["upright_angle"][0]), 1e-9, "ruler and compasses"),
+        speeds("upright_angle", "lower_angle", pole, "Aronhold and Kennedy", 12,
+               "instant centre: rate of the upright over the lower arm, in the middle"),
     ),
     chain="R + RRR", formulas="Dyad RRR.", sources=("Milliken, Race Car Vehicle Dynamics, 17",),
 )  # fmt: skip
-
-
-def pole(p: Parameters) -> float:
-    """-lower / (distance of A from the crossing of both arms), with the lower arm level."""
-    a, d = complex(p.lower, 0.0), complex(p.inward, p.above)
-    b = meet(a, p.upright, d, p.upper, -1)
-    slope = (b - d).imag / (b - d).real
-    return -p.lower / (p.inward - p.above / slope - p.lower)

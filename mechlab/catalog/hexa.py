@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
 from mechlab.kit.in_world import InWorld
-from mechlab.kit.legs import platform, rod, turned
-from mechlab.kit.short import PlotRecipe, builder_entry, parameter, value_at
-from mechlab.mechanism import Mechanism, revolute
+from mechlab.kit.legs import arm_to, crank, platform, posed, rod, to
+from mechlab.kit.short import PlotRecipe, builder_entry, each, ends, parameter
+from mechlab.mechanism import Mechanism
 
 
 @dataclass(frozen=True)
@@ -27,46 +27,34 @@ class Parameters:
     height: float = parameter(0.55, "m", "platform above the arms at rest", low=0, strict=True)
 
 
-def leg(p: Parameters, k: int, place: np.ndarray, yaw: float) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
-    """Arm angle of leg k (0 to 5), its pivot, elbow and joint: pivot + arm (cos t out + sin t z), at the distance rod from the joint d:
-    d.out cos t + d.z sin t = (d2 + arm2 - rod2) / (2 arm), the outer solution."""
-    turn, s = 2 * math.pi / 3 * (k // 2), 0.5 if k % 2 else -0.5
+def leg(p: Parameters, k: int, given: Mapping[str, float]) -> tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Arm angle of leg k (0 to 5), elbow, joint, pivot, and the direction of its plane."""
+    turn, s, (place, rotation) = 2 * math.pi / 3 * (k // 2), 0.5 if k % 2 else -0.5, posed("platform", given, (0, 0, p.height))
     out, side = np.array([math.cos(turn), math.sin(turn), 0]), np.array([-math.sin(turn), math.cos(turn), 0])
-    pivot = p.base * out + s * p.width * side
-    joint = place + turned(0.0, 0.0, yaw) @ (p.platform * out + s * p.narrow * side)
-    d = joint - pivot
-    u, v = float(d @ out), float(d[2])
-    t = math.atan2(v, u) - math.acos((d @ d + p.arm**2 - p.rod**2) / (2 * p.arm * math.hypot(u, v)))
-    return t, pivot, pivot + p.arm * (math.cos(t) * out + np.array([0, 0, math.sin(t)])), joint
+    pivot, joint = p.base * out + s * p.width * side, place + rotation @ (p.platform * out + s * p.narrow * side)
+    return (*arm_to(pivot, out, joint, p.arm, p.rod), joint, pivot, out)
 
 
-def arm(p: Parameters, k: int) -> float:
-    """Arm angle of leg k at the end of the path."""
-    return leg(p, k, np.array([END["platform_x"], END["platform_y"], p.height + END["platform_z"]]), END["platform_yaw"])[0]
+def arms(p: Parameters, given: Mapping[str, float]) -> dict[str, float]:
+    """Where the circle of each arm meets the sphere of its rod, outside."""
+    return {f"arm_{k + 1}_angle": leg(p, k, given)[0] for k in range(6)}
 
 
 def build(p: Parameters) -> Mechanism:
     """Six arms, six rods with a universal joint and a ball."""
-    up = np.array([0, 0, p.height])
-    legs = [leg(p, k, up, 0.0) for k in range(6)]
-    w = InWorld("hexa", 0.012, summary="Hexa robot")
-    platform(w, "platform", up, [x[3] for x in legs])
-    for k, (t, pivot, elbow, joint) in enumerate(legs, 1):
-        turn = 2 * math.pi / 3 * ((k - 1) // 2)
-        w.link(f"arm_{k}", revolute(f"arm_{k}_angle", (math.sin(turn), -math.cos(turn), 0), zero=t), at=pivot, to=[elbow])
+    w, legs = InWorld("hexa", 0.012, summary="Hexa robot"), [leg(p, k, {}) for k in range(6)]
+    platform(w, "platform", (0, 0, p.height), [x[2] for x in legs])
+    for k, (t, elbow, joint, pivot, out) in enumerate(legs, 1):
+        crank(w, f"arm_{k}", f"arm_{k}_angle", pivot, out, t, elbow)
         rod(w, f"rod_{k}", elbow, joint, f"arm_{k}", "platform")
-        w.drive(f"arm_{k}_angle", stiffness=200.0, damping=2.0)
     return w.build()
 
 
-END = {"platform_x": 0.05, "platform_y": 0.03, "platform_z": 0.04, "platform_roll": 0.0, "platform_pitch": 0.0, "platform_yaw": 0.2}
-ARMS = tuple(f"arm_{k}_angle" for k in range(1, 7))
+PATH, ARMS = to("platform", 0.05, 0.03, 0.04, 0.0, 0.0, 0.2), tuple(f"arm_{k}_angle" for k in range(1, 7))
 ENTRY = builder_entry(
     "hexa", "Hexa robot", "parallel-robot", summary="Six rotary arms with rods: six freedoms, light moving parts.",
-    use="Fast handling with tilt; Reachy's neck and other 6-RSS heads are small ones.", origin="Francois Pierrot, 1991",
-    parameters=Parameters, build=build, path=lambda p: {n: (0.0, x) for n, x in END.items()}, drives=ARMS,
-    plots=(PlotRecipe("arms", ARMS),),
-    outside=tuple(value_at(f"arm_{k + 1}_angle", partial(arm, k=k), "circle of the arm, sphere of the rod", unit="rad") for k in (0, 3)),
-    chain="6 R U S", formulas="|elbow - joint| = rod.",
-    sources=("Pierrot, Dauchez, Fournier, Hexa: a fast six-DOF fully parallel robot, ICAR 1991",),
+    use="Fast handling with tilt.", origin="Francois Pierrot, 1991", parameters=Parameters, build=build, path=lambda p: PATH, drives=ARMS,
+    closed=each(arms), plots=(PlotRecipe("arms", ARMS),),
+    outside=ends(arms, PATH, (ARMS[0], ARMS[3]), "circle of the arm, sphere of the rod"),
+    chain="6 R U S", formulas="|elbow - joint| = rod.", sources=("Pierrot et al., Hexa: a fast six-DOF parallel robot, ICAR 1991",),
 )  # fmt: skip

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from mechlab.kit.in_world import InWorld
-from mechlab.kit.legs import platform, rod
-from mechlab.kit.short import Outside, PlotRecipe, builder_entry, farthest, parameter
+from mechlab.kit.legs import platform, rod, to
+from mechlab.kit.short import PlotRecipe, always, builder_entry, each, ends, parameter, speeds
 from mechlab.mechanism import Inertia, Mechanism, prismatic
 
 
@@ -36,27 +37,23 @@ def build(p: Parameters) -> Mechanism:
     return w.mark("P", "platform", (0, 0, 0)).build()
 
 
-def slide(p: Parameters, along: float, a: float, b: float) -> float:
-    """Slide of a platform place: along + sqrt(rod^2 - a^2 - b^2)."""
-    return along + math.sqrt(p.rod**2 - a * a - b * b)
+def slides(p: Parameters, given: Mapping[str, float]) -> dict[str, float]:
+    """Sphere of the rods about a platform place: slide = along + sqrt(rod^2 - the squares across)."""
+    place = np.array([given[f"platform_{n}"] for n in "xyz"])
+    return {f"slide_{n}": x + math.sqrt(p.rod**2 - place @ place + x * x) for n, x in zip("xyz", place.tolist(), strict=True)}
 
 
-END, SLIDES = (0.05, -0.04, 0.06), ("slide_x", "slide_y", "slide_z")
+PATH, SLIDES = to("platform", 0.05, -0.04, 0.06), ("slide_x", "slide_y", "slide_z")
 ENTRY = builder_entry(
     "orthoglide", "Orthoglide", "parallel-robot",
     summary="Three slides at right angles with parallelograms: even in all directions about its middle.",
     use="Machine tools with the stiffness of a parallel and the evenness of a Cartesian machine.",
     origin="Philippe Wenger and Damien Chablat, 2000", parameters=Parameters, build=build,
-    path=lambda p: {f"platform_{n}": (0.0, x) for n, x in zip("xyz", END, strict=True)}, drives=SLIDES, sliders=("rod",),
-    plots=(PlotRecipe("slides", SLIDES),),
+    path=lambda p: PATH, closed=each(slides), drives=SLIDES, sliders=("rod",), plots=(PlotRecipe("slides", SLIDES),),
     outside=(
-        Outside("slide x at the end", "m", lambda p: slide(p, *END), lambda p, m: float(m["slide_x"][-1]), 1e-9, "sphere of the rod"),
-        Outside("slide z at the end", "m", lambda p: slide(p, END[2], END[0], END[1]), lambda p, m: float(m["slide_z"][-1]), 1e-9,
-                "sphere of the rod"),
-        Outside("rate of slide y over that of the platform in the middle", "", lambda p: 1.0,
-                lambda p, m: float(m["slide_y_rate"][0] / m["platform_y_rate"][0]), 1e-9, "isotropic pose"),
-        Outside("tilt along the path", "rad", lambda p: 0.0,
-                lambda p, m: farthest(abs(m["platform_roll"]) + abs(m["platform_yaw"]), 0.0), 1e-9, "parallelograms"),
+        *ends(slides, PATH, ("slide_x", "slide_z"), "sphere of the rod", "m"),
+        speeds("slide_y", "platform_y", lambda p: 1.0, "isotropic pose, in the middle of the space"),
+        always("tilt", "rad", lambda p, m: abs(m["platform_roll"]) + abs(m["platform_yaw"]), lambda p: 0.0, "parallelograms"),
     ),
     chain="3 P (SS)2", formulas="slide = x + sqrt(rod2 - y2 - z2).",
     sources=("Wenger, Chablat, Kinematic analysis of a new parallel machine tool, ARK 2000",),

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
 from mechlab.kit.in_world import InWorld
-from mechlab.kit.legs import platform, telescope, turned
-from mechlab.kit.short import PlotRecipe, builder_entry, parameter, value_at
+from mechlab.kit.legs import platform, posed, telescope, to
+from mechlab.kit.short import PlotRecipe, builder_entry, each, ends, parameter
 from mechlab.mechanism import Mechanism
 
 
@@ -43,19 +43,17 @@ def build(p: Parameters) -> Mechanism:
     return w.build()
 
 
-def length(p: Parameters, k: int) -> float:
-    """Length of leg k at the end of the path: |place + Rx(roll) Ry(pitch) b - a|."""
-    below, above = joints(p)
-    place = np.array([END["platform_x"], 0.0, p.height + END["platform_z"]])
-    return float(np.linalg.norm(place + turned(END["platform_roll"], END["platform_pitch"]) @ above[k - 1] - below[k - 1]))
+def lengths(p: Parameters, given: Mapping[str, float]) -> dict[str, float]:
+    """Length of each leg, |place + R b - a|."""
+    (below, above), (place, rotation) = joints(p), posed("platform", given, (0, 0, p.height))
+    return dict(zip(LEGS, np.linalg.norm(place + above @ rotation.T - below, axis=1).tolist(), strict=True))
 
 
-END = {"platform_x": 0.05, "platform_y": 0.0, "platform_z": 0.04, "platform_roll": 0.15, "platform_pitch": -0.1, "platform_yaw": 0.0}
+PATH, LEGS = to("platform", 0.05, 0.0, 0.04, 0.15, -0.1, 0.0), tuple(f"length_{k}" for k in range(1, 7))
 ENTRY = builder_entry(
     "stewart", "Gough-Stewart platform", "parallel-robot", summary="Six legs of changing length: a stiff platform with six freedoms.",
     use="Flight simulators, machine tools, telescopes.", origin="Eric Gough, 1954; D. Stewart, 1965", parameters=Parameters, build=build,
-    path=lambda p: {n: (0.0, x) for n, x in END.items()}, drives=tuple(f"length_{k}" for k in range(1, 7)), duration=2.0,
-    sliders=("height", "spread"), plots=(PlotRecipe("legs", tuple(f"length_{k}" for k in range(1, 7))),),
-    outside=tuple(value_at(f"length_{k}", partial(length, k=k), "inverse kinematics: distance of its joints") for k in (1, 4)),
+    path=lambda p: PATH, closed=each(lengths), drives=LEGS, duration=2.0, sliders=("height", "spread"), plots=(PlotRecipe("legs", LEGS),),
+    outside=ends(lengths, PATH, ("length_1", "length_4"), "inverse kinematics: distance of its joints", "m"),
     chain="6 U P S", formulas="leg = |place + R b - a|.", sources=("Merlet, Parallel Robots, 2006",),
 )  # fmt: skip

@@ -46,9 +46,8 @@ def piston(p: Parameters, t: float, at: float = 0.0) -> float:
 ENTRY = builder_entry(
     "swash_plate", "Swash plate", "engine", summary="An inclined plate and axial pistons: stroke by the inclination, pure sines.",
     use="Axial pumps and motors, air-conditioning compressors, helicopter rotors.",
-    origin="Anthony Michell's crankless engine, 1920; Hans Thoma's pumps, 1930s", parameters=Parameters, build=build,
-    path=lambda p: {"shaft_angle": (0.0, 2 * math.pi)}, duration=0.5, sliders=("tilt", "radius"),
-    plots=(PlotRecipe("piston", ("piston_1",)),),
+    origin="Anthony Michell's crankless engine, 1920; Hans Thoma's pumps, 1930s", parameters=Parameters, build=build, duration=0.5,
+    path=lambda p: {"shaft_angle": (0.0, 2 * math.pi)}, sliders=("tilt", "radius"), plots=(PlotRecipe("piston", ("piston_1",)),),
     outside=(
         Outside("stroke of piston 1", "m", lambda p: 2 * p.radius * math.tan(p.tilt),
                 lambda p, m: float(m["piston_1"][0] - m["piston_1"][12]), 1e-9, "2 radius tan(tilt)"),

@@ -13,18 +13,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.kit.palette import BLUE, DARK, GOLD, ORANGE, ROSE, SLATE, STEEL, TEAL
-from mechlab.mechanism import Builder, Inertia, Placement, shape
+from mechlab.kit.palette import BLUE, BRASS, DARK, GOLD, ORANGE, ROSE, SLATE, STEEL, TEAL
+from mechlab.mechanism import Builder, Inertia, Placement, revolute, shape
 from mechlab.mechanism.geometry import Array, Vector
 from mechlab.mechanism.parts import GROUND, Color, Joint, Shape
 
 COLORS = (BLUE, ORANGE, TEAL, ROSE, GOLD, STEEL)
-DENSITY = 1.0
-"""Mass per length of rods [kg/m]."""
+DENSITY, STEEL_DENSITY = 1.0, 7800.0
+"""Mass per length of rods [kg/m]; density of wheels and balls [kg/m3]."""
 
 
 class InWorld(Builder):
@@ -38,10 +39,11 @@ class InWorld(Builder):
     def link(
         self, name: str, *joints: Joint, at: ArrayLike, to: Sequence[ArrayLike] = (), parent: str = GROUND,
         mass_per_length: float = DENSITY, more: Inertia | None = None, color: Color | None = None,
-        shapes: Sequence[Shape] = (),
+        shapes: Sequence[Shape] = (), wheel: tuple[float, float, int] | None = None, ball: float = 0.0,
     ) -> InWorld:  # fmt: skip
         """A body whose joints act at the world point `at` (3,) [m]: uniform round rods from there to each point of `to`. more: an
-        inertia in its axes beside that of the rods; shapes: drawn beside the rods, in its axes."""
+        inertia in its axes beside that of the rods; shapes: drawn beside the rods, in its axes. wheel: radius, width [m] and teeth of a
+        wheel about its last joint; ball: mass [kg] of a steel ball at the first point of `to`."""
         origin = np.asarray(at, dtype=float)
         tint = color or COLORS[len(self.bodies) % len(COLORS)]
         solid, looks = more or Inertia(), list(shapes)
@@ -50,6 +52,16 @@ class InWorld(Builder):
             rod = Inertia.rod(mass_per_length * float(np.linalg.norm(tip)), (0.0, 0.0, 0.0), _v(tip), 0.5 * self.thick)
             solid = solid + rod
             looks.append(between((0, 0, 0), tip, 0.5 * self.thick, tint, f"rod_{k}"))
+        if wheel:
+            radius, width, teeth = wheel
+            solid = solid + Inertia.cylinder(STEEL_DENSITY * math.pi * radius**2 * width, radius, width, joints[-1].axis)
+            turn = Placement.of(_across(np.asarray(joints[-1].axis)), (0.0, 0.0, 0.0))
+            size = {"teeth": teeth, "module": 2 * radius / teeth, "width": width, "bore": 0.3 * radius}
+            looks.append(shape("spur_gear", turn, BRASS, "teeth", **size))
+        if ball:
+            tip, radius = _v(np.asarray(to[0], dtype=float) - origin), (0.75 * ball / (math.pi * STEEL_DENSITY)) ** (1 / 3)
+            solid = solid + Inertia.axial(ball, 0.4 * ball * radius**2, 0.4 * ball * radius**2).at(tip)
+            looks.append(shape("sphere", Placement(tip), STEEL, "ball", radius=radius))
         looks += [self._pin(j) for j in joints]
         self.origins[name] = origin
         self.body(name, *joints, parent=parent, at=_v(origin - self.origins[parent]), inertia=solid, shapes=looks)
@@ -68,10 +80,46 @@ class InWorld(Builder):
         self.frame(name, body, _v(np.asarray(at, dtype=float) - self.origins[body]))
         return self
 
+    def ring(self, steps: Sequence[tuple[float, float, float, float]], middle: int = 0, stiffness: float = 0.0) -> InWorld:
+        """A closed loop of hinges by Denavit-Hartenberg steps as of `hinges`, the last link the ground. Joints theta_1, theta_2, ... have
+        the angles of the steps; the loop is closed at hinge `middle`, by default the one before half of them, which has no angle.
+        stiffness [N m/rad] of a spring in every hinge, at rest as it is built; then that hinge has an angle too."""
+        n = len(steps)
+        middle, (points, axes) = middle or (n + 1) // 2, hinges(steps)
+        reach = 4.0 * self.thick
+
+        def ends(a: int, b: int) -> list[Array]:
+            """A rod from hinge a to hinge b, or where they meet a corner along both axes."""
+            straight = np.linalg.norm(points[b] - points[a]) > 1e-9
+            return [points[b]] if straight else [points[a] + reach * axes[a], points[b] + reach * axes[b]]
+
+        def hinge(k: int, axis: Array) -> Joint:
+            angle = steps[k][3]
+            return revolute(f"theta_{k + 1}", axis.tolist(), zero=angle, stiffness=stiffness, spring_rest=angle if stiffness else 0.0)
+
+        for point in ends(n - 1, 0):
+            self.stand(points[-1], point)
+        for k in range(middle - 1):  # links that hang on hinge 1
+            self.link(f"link_{k + 1}", hinge(k, axes[k]), at=points[k], to=ends(k, k + 1), parent=f"link_{k}" if k else GROUND)
+        for k in range(n - 1, middle - 1, -1):  # links that hang on the last hinge, where the link before turns backwards
+            self.link(f"link_{k}", hinge(k, -axes[k]), at=points[k], to=ends(k, k - 1), parent=f"link_{k + 1}" if k < n - 1 else GROUND)
+        last, place, axis = f"link_{middle - 1}", points[middle - 1], axes[middle - 1]
+        if stiffness:  # the end of the next link as a part of its own, in a hinge with a spring
+            self.link("end", hinge(middle - 1, axis), at=place, to=[0.9 * place + 0.1 * points[middle]], parent=last)
+        self._draw(f"link_{middle}", self._pin(revolute("closing", axis.tolist())), place)
+        self.close("hinge", "end" if stiffness else last, f"link_{middle}", place, "fixed" if stiffness else "revolute", axis)
+        return self.drive("theta_1", stiffness=20.0, damping=0.2)  # type: ignore[return-value]
+
     def stand(self, a: ArrayLike, b: ArrayLike) -> InWorld:
         """A rod of the ground between two world points, to be seen."""
         self.ground(between(a, b, 0.6 * self.thick, SLATE, "stand"))
         return self
+
+    def _draw(self, body: str, looks: Shape, at: Array) -> None:
+        """A part of a body that is seen at a world point."""
+        k = next(i for i, b in enumerate(self.bodies) if b.name == body)
+        there = Placement(_v(at - self.origins[body])) @ looks.placement
+        self.bodies[k] = replace(self.bodies[k], shapes=(*self.bodies[k].shapes, replace(looks, placement=there)))
 
     def _pin(self, joint: Joint) -> Shape:
         if joint.kind == "spherical":

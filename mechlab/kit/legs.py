@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -39,6 +39,22 @@ def rod(w: InWorld, name: str, a: ArrayLike, b: ArrayLike, parent: str, end: str
     w.close(f"{name}_ball", name, end, b)
 
 
+def arm_to(pivot: ArrayLike, out: ArrayLike, joint: ArrayLike, arm: float, length: float, side: int = -1) -> tuple[float, Array]:
+    """Angle t [rad] and elbow pivot + arm (cos t out + sin t z) of an arm whose rod of this length reaches the joint: the circle meets the
+    sphere where d.out cos t + d.z sin t = (d2 + arm2 - length2) / (2 arm), d from pivot to joint; `side` -1 or +1 of the two."""
+    start, way = np.asarray(pivot, dtype=float), np.asarray(out, dtype=float)
+    d = np.asarray(joint, dtype=float) - start
+    u, v = float(d @ way), float(d[2])
+    t = float(np.arctan2(v, u) + side * np.arccos((d @ d + arm**2 - length**2) / (2.0 * arm * np.hypot(u, v))))
+    return t, start + arm * (np.cos(t) * way + np.array([0.0, 0.0, np.sin(t)]))
+
+
+def crank(w: InWorld, name: str, joint: str, pivot: ArrayLike, out: ArrayLike, angle: float, *to: ArrayLike) -> None:
+    """A driven arm from its pivot to points, in the upright plane of the direction `out`, at an angle [rad] above it, as of `arm_to`."""
+    x, y, _ = (float(v) for v in np.asarray(out, dtype=float))
+    w.link(name, revolute(joint, (y, -x, 0.0), zero=angle), at=pivot, to=to).drive(joint, stiffness=200.0, damping=2.0)
+
+
 def telescope(w: InWorld, k: int | str, a: ArrayLike, b: ArrayLike, end: str, parent: str = GROUND) -> None:
     """Leg UPS from a to b: universal joint, slide length_K (its value is the length), ball on the body `end`; driven."""
     begin, way = np.asarray(a, dtype=float), np.asarray(b, dtype=float) - np.asarray(a, dtype=float)
@@ -65,3 +81,14 @@ def turned(roll: float, pitch: float, yaw: float = 0.0) -> Array:
     (a, b), (c, d), (e, f) = ((np.cos(t), np.sin(t)) for t in (roll, pitch, yaw))
     x, y = np.array([[1, 0, 0], [0, a, -b], [0, b, a]]), np.array([[c, 0, d], [0, 1, 0], [-d, 0, c]])
     return x @ y @ np.array([[e, -f, 0], [f, e, 0], [0, 0, 1]])
+
+
+def to(name: str, *end: float) -> dict[str, tuple[float, float]]:
+    """The path of a platform NAME from rest to x, y, z [m], roll, pitch, yaw [rad], or the first of them."""
+    return {f"{name}_{n}": (0.0, x) for n, x in zip((*SLIDES, *TURNS), end, strict=False)}
+
+
+def posed(name: str, at: Mapping[str, float], rest: ArrayLike = (0.0, 0.0, 0.0)) -> tuple[Array, Array]:
+    """Place (3,) and rotation (3, 3) of a platform NAME with joints as of `free_joints` at these values, 0 for those that are not given."""
+    x, y, z, roll, pitch, yaw = (at.get(f"{name}_{n}", 0.0) for n in (*SLIDES, *TURNS))
+    return np.asarray(rest, dtype=float) + [x, y, z], turned(roll, pitch, yaw)

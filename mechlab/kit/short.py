@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -30,7 +30,10 @@ from mechlab.kit.planar_entry import DRIVEN, FREE, Planar
 from mechlab.mechanism import Builder, Mechanism
 from mechlab.mechanism.geometry import Array
 
-__all__ = ["Bars", "Linkage", "Outside", "PlotRecipe", "builder_entry", "farthest", "parameter", "planar_entry", "ratio", "value_at"]
+__all__ = [
+    "Bars", "Linkage", "Motion", "Outside", "PlotRecipe", "alike", "always", "builder_entry", "each", "ends", "farthest", "parameter",
+    "planar_entry", "point_at", "ratio", "speeds", "value_at",
+]  # fmt: skip
 
 PLACES = 25
 """Places of the path at which poses are compared and numbers are read off."""
@@ -60,9 +63,62 @@ def value_at(
     return Outside(said, unit, expected, lambda p, motion: float(motion[name][place]), tolerance, source)
 
 
-def ratio(motion: Mapping[str, Array], a: str, b: str, place: int = 12) -> float:
-    """Rate of a over that of b at a place of the path."""
-    return float(motion[f"{a}_rate"][place] / motion[f"{b}_rate"][place])
+def always(
+    text: str, unit: str, value: Callable[[Any, Motion], Array], expected: Callable[[Any], float], source: str,
+    tolerance: float = 1e-8,
+) -> Outside:  # fmt: skip
+    """The number from outside that value(p, motion) (n,) has all along the path: where it is farthest from it."""
+    return Outside(text, unit, expected, lambda p, m: farthest(value(p, m), expected(p)), tolerance, source)
+
+
+def alike(a: str, b: str, source: str, factor: float = 1.0, unit: str = "rad") -> Outside:
+    """The number from outside that a - factor b is 0 all along the path."""
+    said = f"{a} {'-' if factor > 0 else '+'} {'' if abs(factor) == 1 else f'{abs(factor):g} '}{b}, where it is farthest from 0"
+    return always(said, unit, lambda p, m: m[a] - factor * m[b], lambda p: 0.0, source)
+
+
+def point_at(name: str, expected: Callable[[Any], complex], source: str, place: int = -1) -> tuple[Outside, Outside]:
+    """The numbers from outside that are the place of a point of a planar linkage, x + i z, at a place of the path."""
+    x = value_at(f"{name}_x", lambda p: expected(p).real, source, place)
+    return x, value_at(f"{name}_z", lambda p: expected(p).imag, source, place)
+
+
+def speeds(a: str, b: str, expected: Callable[[Any], float], source: str, place: int = 0, text: str = "", unit: str = "") -> Outside:
+    """The number from outside that is the rate of a over that of b at a place of the path."""
+    said = text or f"rate of {a} over that of {b} at {'the start' if place == 0 else f'place {place} of the path'}"
+    return Outside(said, unit, expected, lambda p, m: ratio(m, a, b, place), 1e-9, source)
+
+
+Motion = Mapping[str, Array]
+"""Quantities (n,) by name along a path."""
+
+
+def each(form: Callable[[Any, Mapping[str, float]], Mapping[str, float]]) -> Callable[[Any, Motion], Motion]:
+    """A closed form of a whole path from one of a single place: form(p, drive -> value) -> quantity -> value."""
+
+    def closed(p: Any, given: Motion) -> Motion:
+        rows = [form(p, dict(zip(given, row, strict=True))) for row in np.column_stack(list(given.values())).tolist()]
+        return {n: np.array([row[n] for row in rows]) for n in rows[0]}
+
+    return closed
+
+
+def ends(
+    form: Callable[[Any, Mapping[str, float]], Mapping[str, float]], path: Path, names: Sequence[str], source: str, unit: str = "rad"
+) -> tuple[Outside, ...]:
+    """The numbers from outside that are quantities of a closed form, as of `each`, at the end of the path."""
+    last = {n: b for n, (_, b) in path.items()}
+
+    def value(p: Any, name: str) -> float:
+        return form(p, last)[name]
+
+    return tuple(value_at(n, partial(value, name=n), source, unit=unit) for n in names)
+
+
+def ratio(motion: Motion, a: str, b: str, place: int = 12, less: str = "") -> float:
+    """Rate of a over that of b at a place of the path, both less that of another quantity if one is given."""
+    base = float(motion[f"{less}_rate"][place]) if less else 0.0
+    return float((motion[f"{a}_rate"][place] - base) / (motion[f"{b}_rate"][place] - base))
 
 
 def planar_entry(
@@ -149,8 +205,8 @@ def builder_entry(
     """An Entry of a mechanism that a Builder makes: spatial loops, trains, parallel robots.
 
     build(p) -> Mechanism. path(p): joint or shaft -> first and last value; it is led along the path within `duration` [s] in the scene
-    driven, by itself or by the given drives (the legs of a platform, whose coordinates the path has). closed(p, given): quantities (n,) in
-    closed form from those of the drives, where a closed form exists.
+    driven, by itself or by the given drives (the legs of a platform, whose coordinates the path has). closed(p, given): joints, shafts and
+    points (n,) in closed form from those of the path (n,), where a closed form exists; their rates follow by differences.
     """
 
     @lru_cache(maxsize=16)
@@ -158,16 +214,13 @@ def builder_entry(
         return build(p)
 
     def by_hand(p: Any) -> ClosedMotion | None:
-        if closed is None:
-            return None
-        given = {n: np.linspace(a, b, PLACES) for n, (a, b) in path(p).items()}
-        return ClosedMotion(given | dict(closed(p, given)))
+        return None if closed is None else ClosedMotion.along(path(p), partial(closed, p), PLACES)
 
     short = _Short(name, made, "full", path, by_hand, duration, drives)
     return Entry(
         name=name, title=title, summary=summary, parameters=parameters, build=made, fidelities={"full": "every part a body"},
         default_fidelity="full", scenes=short.scenes(), default_scene="driven", sliders=sliders, plots=tuple(plots),
-        checks=(*short.checks(), *short.outside_checks(outside)), chain=chain, formulas=formulas, sources=sources,
+        checks=(*short.checks(closed is not None), *short.outside_checks(outside)), chain=chain, formulas=formulas, sources=sources,
         family=family, origin=origin, use=use, outside=tuple(outside),
     )  # fmt: skip
 
@@ -256,15 +309,23 @@ class _Short:
 
         return tuple(Check(f"X{k}", o.text, check(o), o.source) for k, o in enumerate(outside, 1))
 
-    def checks(self) -> tuple[Check, ...]:
-        """Two checks: poses and rates along the path; a driven run. Masses and forces are compared by the generic ones."""
+    def checks(self, closed: bool) -> tuple[Check, ...]:
+        """Poses and rates along the path; a driven run; the closed form if any. Masses and forces are compared by the generic ones."""
+        by_hand = Check("K3", "poses and rates along the path: the engines against the closed form", self._by_hand, "closed form")
         return (
             Check("K1", "it closes along its path: poses and rates of all frames and joints by every witness", self._poses, "each other"),
             Check("K2", "a driven run: MuJoCo against Pinocchio", self._run, "each other", slow=True),
+            *((by_hand,) if closed else ()),
         )
 
     def _poses(self, p: Any) -> CheckResult:
-        motions = self.motions(p)
+        m = self.build(p, self.fidelity)
+        return self._compared({w: EngineMotion(w, m, self.path(p), PLACES) for w in WITNESSES})
+
+    def _by_hand(self, p: Any) -> CheckResult:
+        return self._compared(self.motions(p))
+
+    def _compared(self, motions: Mapping[str, Mapping[str, Array]]) -> CheckResult:
         names = [n for n in motions["mujoco"] if all(n in x for x in motions.values())]
         rows = {w: np.concatenate([x[n] for n in names]) for w, x in motions.items()}
         return CheckResult(rows, 1e-8, note=f"{PLACES} places of the path, {len(names)} quantities")

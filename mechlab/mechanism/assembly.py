@@ -15,8 +15,7 @@ from mechlab.mechanism.length_unit import coordinate_units, in_unit_of_length, i
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.newton import Assembly, Status, follow, newton
 from mechlab.mechanism.parts import LOOP_ROWS, Body
-from mechlab.mechanism.structure import independent_rows
-
+from mechlab.mechanism.structure import independent_rows, same_sign
 
 NEAR = 1e-6
 """Poses that differ by less [rad or m] are in the same mode: where two modes are so close the sign is rounding."""
@@ -103,6 +102,10 @@ def same_mode(mechanism: Mechanism, before: Array, after: Array, held: Sequence[
     not decide."""
     if float(np.max(np.abs(before - after), initial=0.0)) < NEAR:
         return True
+    tree, constraints = _tree(mechanism)
+    if len(independent_rows(mechanism, constraints)) < len(constraints):
+        rows = np.array([mechanism.row(n) for n in held]).reshape(len(held), mechanism.nv)
+        return same_sign(constraints.jacobian(tree.set(before)), constraints.jacobian(tree.set(after)), rows)
     a, b = mode_sign(mechanism, before, held), mode_sign(mechanism, after, held)
     return a == 0 or b == 0 or a == b
 

@@ -89,6 +89,8 @@ def _figure_lines(drawn: Drawn) -> list[str]:
     figure, readings = drawn.figure, drawn.drawing.readings
     told = f" Claims: {', '.join(figure.claims)}." if figure.claims else ""
     lines = [f"### {figure.name[:1].upper()}{figure.name[1:]}", "", f"{figure.shows}{told}", "", f"![{figure.name}]({figure.stem}.png)", ""]
+    if drawn.drawing.text:
+        lines += [drawn.drawing.text, ""]
     if readings:
         rows = [(r.what, number(r.printed, 5), number(r.ours, 5), r.unit) for r in readings]
         lines += [markdown(READ, rows), ""]

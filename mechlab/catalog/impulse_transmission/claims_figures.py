@@ -40,7 +40,7 @@ def figures_2_and_3() -> Evidence:
     gaps = []
     for name in ("fig2", "fig2-swapped"):
         p = of_scene(name)
-        y = simulate(p, np.array([0.0, 0.08, 0.45]), 1e-9)[0]
+        y = simulate(p, np.array([0.0, 0.08, 0.45]), 1e-7)[0]
         for k, t in ((1, 0.08), (2, 0.45)):
             constant = beta_at_constant_speed(p, t)
             computed[f"{name}: beta at {t} s, with motor and at constant speed [rad]"] = [float(y[k, 1]), constant]
@@ -61,8 +61,8 @@ def figures_2_and_3() -> Evidence:
 def figure_4() -> Evidence:
     """Range of the loop, and its drift within 1 s."""
     p = of_scene("fig4")
-    y = simulate(p, np.linspace(0.0, 1.0, 4001), 1e-9)[0]
-    early, late = y[:1201, 1], y[2800:, 1]
+    y = simulate(p, np.linspace(0.0, 1.0, 2001), 1e-7)[0]
+    early, late = y[:601, 1], y[1400:, 1]
     constant = beta_at_constant_speed(p, 0.3)
     return evidence({
         "analytic: range of beta in 0.3 s [rad]": [float(early.min()), float(early.max())],
@@ -80,17 +80,14 @@ def figure_4() -> Evidence:
 )  # fmt: skip
 def figure_5() -> Evidence:
     """One-way rotation and ripple between 4 s and 5 s, from rest with q = 4/3, and the steady rotation for every candidate."""
-    computed: dict[str, Any] = {}
-    hits = []
-    for name in ("fig5", "fig5-swapped"):
-        y = simulate(of_scene(name), np.concatenate([[0.0], np.linspace(4.0, 5.0, 201)]), 1e-7)[0][1:, 1]
-        computed[f"{name}: range of beta between 4 s and 5 s from rest [rad]"] = [float(y.min()), float(y.max())]
-        hits.append(AXES["figure 5"].misfit(y.min(), y.max()) == 0.0)
+    y = simulate(of_scene("fig5"), np.concatenate([[0.0], np.linspace(4.0, 5.0, 201)]), 1e-6)[0][1:, 1]
+    computed: dict[str, Any] = {"fig5: range of beta between 4 s and 5 s from rest [rad]": [float(y.min()), float(y.max())]}
+    hit = bool(AXES["figure 5"].misfit(y.min(), y.max()) == 0.0)
     for fit in fits():
         low, high = fit.ranges["figure 5"]
         computed[f"q = {fit.q}, {fit.order}: turn within 1 s of the steady rotation, printed axis 1 [rad]"] = high - low
     fitting = sorted({f.q for f in fits() if f.misfits["figure 5"] == 0.0})
-    return evidence(computed, from_rest=any(hits), fitting=" or ".join(fitting), count=len(fitting))
+    return evidence(computed, from_rest=hit, fitting=" or ".join(fitting), count=len(fitting))
 
 
 @LEDGER.claim(

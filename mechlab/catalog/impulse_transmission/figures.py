@@ -270,8 +270,8 @@ def torque() -> Drawing:
         Reading("with the clutch, largest useful power (optimize over M0)", "-", best * cycle.mean_speed, "W"),
         Reading("at the load, the motor torque", "-", [best, cycle.motor_torque], "N m"),
     )  # fmt: skip
-    return Drawing((without, with_clutch), readings, "mechlab optimize impulse_transmission M0=100:2700 M1=0 clutch_at_speed=150 "
-                   "--maximize useful_power")  # fmt: skip
+    text = "The best load: mechlab optimize impulse_transmission M0=100:2700 M1=0 clutch_at_speed=150 --maximize useful_power"
+    return Drawing((without, with_clutch), readings, text)
 
 
 def _largest(x: Array) -> float:

@@ -161,11 +161,11 @@ def beta_at_constant_speed(p: Parameters, duration: float) -> float:
     grid = psi + np.linspace(0.0, i.q * (w + 60.0) * duration, 2001)
     done = integrate_hybrid(ConstantSpeed(i, w), [p.beta_0, p.beta_rate_0, 0.0, 0.0], grid, rtol=1e-11, atol=1e-13)
     k = int(np.searchsorted(done.y[:, 2], duration))
-    lower, upper = grid[k - 1], grid[k]
-    for _ in range(60):  # bisection on psi of the last interval
-        middle = 0.5 * (lower + upper)
-        part = integrate_hybrid(ConstantSpeed(i, w), done.y[k - 1], [grid[k - 1], middle], rtol=1e-11, atol=1e-13)
-        lower, upper = (middle, upper) if part.last_y[2] < duration else (lower, middle)
-        if upper - lower < 1e-12:
+    state, end = done.y[k], float(grid[k])
+    for _ in range(6):  # Newton's method: dpsi/dt = q (w - beta')
+        step = i.q * (w - float(state[1])) * (duration - float(state[2]))
+        if abs(step) < 1e-13 * end:
             break
-    return float(part.last_y[0])
+        end += step
+        state = integrate_hybrid(ConstantSpeed(i, w), done.y[k - 1], [grid[k - 1], end], rtol=1e-11, atol=1e-13).last_y
+    return float(state[0])

@@ -17,7 +17,7 @@ from mechlab.mechanism.kept import LastKept
 from mechlab.mechanism.kinematics import integrate
 from mechlab.mechanism.many_rows import NewtonSteps, held_rows
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.structure import generic, independent_rows
+from mechlab.mechanism.structure import generic, independent_rows, same_sign
 
 NEAR = 0.05
 """Moves smaller than this [rad or m] stay in one assembly mode."""
@@ -63,8 +63,14 @@ class Closer:
         lies a position where two modes meet. True too when the sign cannot tell (the matrix is not square)."""
         if float(np.max(np.abs(before - after), initial=0.0)) < NEAR:
             return True
-        a, b = self._mode(before), self._mode(after)
-        return a == 0.0 or b == 0.0 or a == b
+        if len(self._independent) == len(self.constraints):
+            a, b = self._mode(before), self._mode(after)
+            return a == 0.0 or b == 0.0 or a == b
+        self.kin.set(after)
+        there = self.constraints.evaluate()[1].copy()
+        self.kin.set(before)
+        here = self.constraints.evaluate()[1]
+        return same_sign(here, there, np.concatenate([self.quantities.jacobian(), self._local]))
 
     def _mode(self, q: Array) -> float:
         self.kin.set(q)
