@@ -112,7 +112,7 @@ class _Estimate:
         self.soft = self.settings.engine == "mujoco" and bool(m.loops or m.relations)
         self.order = expected_order(self.settings, self.soft)
         self.states = basic_channels(m, recording.q[:1], recording.v[:1])[0]
-        self.kinks = any(True for _ in suspects(m, scene, self.settings))
+        self.kinks = any(True for _ in suspects(m, scene, self.settings, recording))
         self.advice = stop_advice(recording.health) or SMALLER
 
     def by_steps(self) -> tuple[dict[str, float], Finding]:

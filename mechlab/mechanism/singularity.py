@@ -50,8 +50,10 @@ def nearest_to_singular(mechanism: Mechanism, poses: Array) -> tuple[int, float]
     """Index of the pose in q (n, nq) nearest to a singular position of the constraints, and its distance: the smallest
     singular value of the Jacobian at the usual rank, over its median of all poses; 1 without loops. Rows are scaled by
     their size at a generic pose."""
+    if not mechanism.loops:  # the rows of relations are the same in every pose
+        return 0, 1.0
     best = structure(mechanism)
-    if not best.rank or not mechanism.loops:  # the rows of relations are the same in every pose
+    if not best.rank:
         return 0, 1.0
     q, generic_rows = generic(mechanism)
     smallest = smallest_of_closures(mechanism, q, poses, best.rank)
