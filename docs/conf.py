@@ -16,7 +16,7 @@ author = "The mechlab developers"
 project_copyright = "The mechlab developers, Apache-2.0"
 release = version = installed("mechanism-lab")
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "mathml", "reference", "lessons", "gallery"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "mathml", "reference", "schemas", "lessons", "gallery"]
 exclude_patterns = ["_build", "_ext"]
 nitpicky = False
 default_role = "code"

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
         chart,
         check,
         claims,
+        compare,
         cure,
         cycle,
         doctor,
@@ -165,9 +166,9 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "mechlab.api": (
-        "audit", "chart", "check", "claims", "cure", "cycle", "doctor", "draw", "edit", "environment", "environments", "explore",
-        "fidelities", "find", "gallery", "generate", "generate_catalog", "linearize", "list_entries", "load", "load_recording", "modes",
-        "optimize", "portrait", "run", "sensitivity", "session", "show", "simulate", "solve", "stability", "story",
+        "audit", "chart", "check", "claims", "compare", "cure", "cycle", "doctor", "draw", "edit", "environment", "environments",
+        "explore", "fidelities", "find", "gallery", "generate", "generate_catalog", "linearize", "list_entries", "load", "load_recording",
+        "modes", "optimize", "portrait", "run", "sensitivity", "session", "show", "simulate", "solve", "stability", "story",
         "studio", "sweep", "synthesize", "track", "view", "workspace",
     ),
     "mechlab.errors": ("EngineMissing", "LeftOutWarning", "MechlabError", "NoSolution", "Untrustworthy", "UsageError",),
@@ -214,7 +215,7 @@ __all__ = [
     "PostureTask", "Quantity", "Question", "Ramp", "Range", "RangeLimit", "RateLimit", "Recording", "Scene",
     "SceneRecipe", "Servo", "Settings", "Shaft", "Shape", "Sine", "SingularityLimit", "Spline", "Spring", "Status",
     "TableLaw", "Track", "Untrustworthy", "UsageError", "Value", "Verdict", "Viscous", "Winding", "__version__",
-    "audit", "belt", "chart", "check", "claims", "cure", "cycle", "doctor", "draw", "edit", "environment", "environments",
+    "audit", "belt", "chart", "check", "claims", "compare", "cure", "cycle", "doctor", "draw", "edit", "environment", "environments",
     "explore", "fidelities", "find", "floating", "from_json", "from_mjcf", "from_urdf", "gallery", "generate",
     "generate_catalog", "linearize", "list_entries", "load", "load_recording", "mimic", "modes", "optimize",
     "parameter", "portrait", "prismatic", "relation", "revolute", "run", "save_recording", "scene", "screw",

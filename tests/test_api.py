@@ -195,6 +195,7 @@ RESULTS: dict[str, Any] = {
     "run": lambda p: ml.run("pendulum", {"duration": 0.2}, p),
     "optimize": lambda p: ml.optimize("pendulum", length=(0.5, 1.0), maximize="length", evaluations=40),
     "synthesize": lambda p: ml.synthesize("planetary", ratio=6, planets=3),
+    "compare": lambda p: ml.compare("walking"),
     "doctor": lambda p: ml.doctor("pendulum"),
     "view": lambda p: ml.view("pendulum", png=p / "a.png"),
 }

@@ -215,6 +215,9 @@ KEYWORDS: dict[tuple[str, str], tuple[Act, Act]] = {
         lambda p: ml.track("fourbar", crank_angle=1.0)["crank_angle_error"][0],
         lambda p: ml.track("fourbar", {}, [ml.PostureTask({"crank_angle": 1.0})])["crank_angle"][0],
     ),
+    ("compare", "out"): (
+        lambda p: [], lambda p: [api.compare("walking", out=p / "a.csv"), [x.name for x in p.iterdir()]][1],
+    ),
     ("draw", "html"): (
         lambda p: api.draw(wait=False).to_dict()["message"][:9],
         lambda p: api.draw(html=p / "new.html").files["page"].name,

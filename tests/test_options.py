@@ -155,6 +155,9 @@ COMMANDS: dict[tuple[str, str], list[Differ | Writes | Refused]] = {
     ("cycle", "--points"): [Differ("cycle fourbar --points 4", "--points 5")],
     ("cycle", "--span"): [Differ("cycle fourbar --points 4", "--span 1,2")],
     ("cycle", "--fidelity"): [Refused("cycle fourbar --points 4 --fidelity kinematic", "kinematic")],
+    ("compare", "-o"): [
+        Writes("compare walking -o {}/a.html", "a.html"), Refused("compare walking -o {}/a.txt", "none of the endings"),
+    ],
     ("cycle", "-o"): [Writes("cycle fourbar --points 4 -o {}/a.csv", "a.csv")],
     ("track", "--duration"): [Differ(TRACK, "--duration 2"), Refused(f"{TRACK} --duration 0", "duration")],
     ("track", "--wishes"): [
@@ -174,7 +177,7 @@ COMMANDS: dict[tuple[str, str], list[Differ | Writes | Refused]] = {
         Refused("claims crank=1", "crank"),
     ],
     ("claims", "-o"): [
-        Writes("claims closed_differential --figure all -o {}/a.png", "a.png"), Refused("claims closed_differential -o {}/a.gif", ".svg"),
+        Writes("claims gear_linkage --figure all -o {}/a.png", "a.png"), Refused("claims closed_differential -o {}/a.gif", ".svg"),
         Refused("claims pendulum -o {}/a.png", "pendulum"),
     ],
     ("chart", "--scene"): [Refused(f"{CHART} --scene no", "'no'"), Differ("chart fourbar --duration 0.02", "--scene free-run", slow=True)],

@@ -57,6 +57,7 @@ def write_pages(folder: Path) -> None:
     os.environ["COLUMNS"] = "96"  # what fits a page
     write_if_new(folder / "commands.md", "\n".join(_command_page()))
     write_if_new(folder / "catalog.md", "\n".join(_catalog_page()))
+    write_if_new(folder / "benchmarks.md", (folder.parents[2] / "assets" / "benchmarks.md").read_text(encoding="utf-8"))
 
 
 def write_if_new(path: Path, text: str) -> None:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares, minimize
 
 from mechlab.analytic import fourbar
-from mechlab.errors import MechlabError
+from mechlab.errors import MechlabError, NoSolution
 
 Array = NDArray[np.float64]
 SCAN = 72
@@ -273,10 +273,13 @@ def _fourbar(task: FunctionTask, x: Array) -> FunctionFourbar | None:
     exact = len(task.turned) <= task.unknowns
     jumps = not closes or np.any(~np.isfinite(errors)) or (exact and float(np.max(np.abs(errors))) > 1e-6)
     turn = np.pi * (np.array([a, c]) < 0.0)
-    limits = fourbar.crank_limits(abs(a), b, abs(c), 1.0)
+    try:
+        turns = fourbar.crank_limits(abs(a), b, abs(c), 1.0).full_turn
+    except NoSolution:  # one bar is longer than the others together
+        return None
     return FunctionFourbar(
         abs(a), b, abs(c), int(sides[0]), float(f + turn[0]), float(g + turn[1]), errors, float(np.max(np.abs(over))),
-        float(_transmission(task, x[None])[0]), limits.full_turn, "branch" if jumps else "",
+        float(_transmission(task, x[None])[0]), turns, "branch" if jumps else "",
     )  # fmt: skip
 
 

@@ -30,6 +30,7 @@ Count = Annotated[int, 1]
 """A whole number of at least 1."""
 Engine = Literal["mujoco", "file", "pinocchio", "hybrid", "one_freedom", "analytic"]
 Task = Literal["motion", "path", "function", "straight_line", "dwell", "planetary", "gear_linkage", "closed_differential"]
+Compared = Literal["straight-line", "quick-return", "walking"]
 File = str | Path
 Progress = Callable[[int, int], None]
 """Called with (done, total) while a verb works."""

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mechlab.api.arguments import (
+    Compared,
     Count,
     Engine,
     File,
@@ -28,6 +29,7 @@ from mechlab.files import whole_folder, write
 from mechlab.values import Range, Value, in_unit, one_number
 
 if TYPE_CHECKING:
+    from mechlab.studies.compare import Comparison
     from mechlab.studies.modes.result import ModesResult
     from mechlab.studies.optimize.result import Optimum
     from mechlab.studies.stability.data import Stability
@@ -329,3 +331,22 @@ def synthesize(task: Task, values: Values | None = None, /, **given: Value) -> S
     from mechlab.studies.synthesis import synthesize as study
 
     return study(task, key_values(values, given), find)
+
+
+def compare(task: Compared, /, *, out: File | None = None) -> Comparison:
+    """Mechanisms of one purpose beside each other: which straight line is straightest, which quick return cuts most evenly, which leg
+    walks most evenly.
+
+    Options:
+        out=F: a page with table and charts (.html), which links the mechanisms that stand beside it as in the gallery; .csv; .json
+    """
+    from mechlab import catalog
+    from mechlab.catalog.table import TABLE
+    from mechlab.studies.compare import compare as study
+    from mechlab.studies.compare import family_of
+
+    family = family_of(task)
+    found = study(task, [catalog.entry(row.name) for row in TABLE if row.family == family])
+    if out is not None:
+        found.save(out)
+    return found

@@ -259,8 +259,9 @@ def draw(*, html: File | None = None, port: int = 0, wait: bool = True) -> Files
 def gallery(out: File, names: Sequence[str] = (), *, models: File = "models", progress: Stages = silent) -> FilesResult:
     """All mechanisms of the catalog as pages in one folder that any static host can serve; index.html first.
 
-    Each has a picture (from MODELS/NAME/picture.png where that exists), one sentence, the page of its default run, the
-    page to explore where it has drives, and its sheet. Made in as many processes as there are cores.
+    Each has a picture (from MODELS/NAME/picture.png where that exists) that moves under the pointer, one sentence, the page of its
+    default run, the page to explore where it has drives, and its sheet. With the whole catalog come the pages of `compare`. Made in
+    as many processes as there are cores.
     """
     from functools import partial
 
@@ -280,8 +281,23 @@ def gallery(out: File, names: Sequence[str] = (), *, models: File = "models", pr
             made[name] = shown
             moved = "" if shown.explorable else "; no page to move it: no drive, or no loop that one could close"
             progress(f"{len(made):2d} of {len(asked)}: {name}{moved}")
-        index = write_gallery([made[name] for name in asked], folder)
+        studies = {} if names else _study_pages(folder, progress)
+        index = write_gallery([made[name] for name in asked], folder, studies)
     return FilesResult(Path(out), {"gallery": Path(out) / index.name}, f"{len(made)} mechanisms")
+
+
+def _study_pages(folder: Path, progress: Stages) -> dict[str, str]:
+    """Writes the comparisons into the folder of the gallery, whose pages they link; file -> question."""
+    from typing import get_args
+
+    from mechlab.api.arguments import Compared
+    from mechlab.api.studies import compare
+
+    pages = {}
+    for kind in get_args(Compared):
+        pages[f"{kind}.html"] = compare(kind, out=folder / f"{kind}.html").question
+        progress(f"compared: {kind}")
+    return pages
 
 
 def exhibit(name: str, folder: Path, models: Path) -> Exhibit:

@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 
-from mechlab.kit.in_world import InWorld
+from mechlab.kit.in_world import InWorld, between
+from mechlab.kit.palette import STEEL
 from mechlab.kit.short import PlotRecipe, builder_entry, each, parameter, value_at
 from mechlab.mechanism import Mechanism, prismatic, revolute
 
@@ -37,10 +38,10 @@ def build(p: Parameters) -> Mechanism:
     """The pose with the crank at 0."""
     f = rocker_angle(p, 0.0)
     y, z = p.rocker * math.cos(f) - p.back, p.rocker * math.sin(f)
-    ball, pin, pivot = (p.crank, 0.0, 0.0), (p.crank, y, z), (0.0, -p.back, 0.0)
-    w = InWorld("rscr", 0.01, summary="spatial four-bar RSCR")
+    ball, pin, pivot, w = (p.crank, 0, 0), (p.crank, y, z), (0, -p.back, 0), InWorld("rscr", 0.01, summary="spatial four-bar RSCR")
     w.link("crank", revolute("crank_angle", "z"), at=(0, 0, 0), to=[ball])
-    w.link("rocker", revolute("rocker_angle", "x", zero=f), at=pivot, to=[(0, y, z), (-1.4 * p.crank, y, z), (1.4 * p.crank, y, z)])
+    bar = between((-1.4 * p.crank, y + p.back, z), (1.4 * p.crank, y + p.back, z), 0.004, STEEL, "pin")
+    w.link("rocker", revolute("rocker_angle", "x", zero=f), at=pivot, to=[(0, y, z)], shapes=[bar])
     w.link("arm", prismatic("sleeve", "x", zero=p.crank), revolute("arm_turn", "x"), at=pin, to=[ball], parent="rocker")
     w.close("ball", "arm", "crank", ball).mark("B", "crank", ball).drive("crank_angle", stiffness=20.0, damping=0.2)
     return w.build()
@@ -55,6 +56,5 @@ ENTRY = builder_entry(
         value_at("rocker_angle", partial(rocker_angle, t=0.5 * math.pi), "law of cosines seen along the rocker's axis", 6, unit="rad"),
         value_at("sleeve", lambda p: -p.crank, "it follows the ball along the pin", 12),
     ),
-    chain="R S C R", formulas="arm^2 = rocker^2 + u^2 - 2 rocker u cos f.",
-    sources=("Hunt, Kinematic Geometry of Mechanisms, 1978, chapter 2",),
+    chain="R S C R", formulas="arm^2 = rocker^2 + u^2 - 2 rocker u cos f.", sources=("Hunt, Kinematic Geometry of Mechanisms, 1978",),
 )  # fmt: skip

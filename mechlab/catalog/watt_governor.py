@@ -9,7 +9,7 @@ import numpy as np
 
 from mechlab.kit.in_world import InWorld
 from mechlab.kit.short import PlotRecipe, builder_entry, parameter, value_at
-from mechlab.mechanism import Inertia, Mechanism, prismatic, revolute
+from mechlab.mechanism import Inertia, Mechanism, prismatic, revolute, shape
 
 G, THICK = 9.81, 0.05  # gravity [m/s2]; thickness of the rods over their length
 
@@ -37,8 +37,8 @@ def build(p: Parameters) -> Mechanism:
     out, down = p.arm * math.sin(p.angle) * np.array([1.0, 0.0, 0.0]), p.arm * math.cos(p.angle) * np.array([0.0, 0.0, -1.0])
     w, rods = InWorld("watt_governor", THICK * p.arm, (0, 0, -G), "centrifugal governor"), 0.1 * p.ball / p.arm
     w.link("spindle", revolute("spindle", "z"), at=(0, 0, 0), to=[-0.5 * down, 2.4 * down])
-    collar = Inertia.cylinder(p.sleeve, 0.1 * p.arm, 0.2 * p.arm)
-    w.link("sleeve", prismatic("sleeve", "z", zero=2 * float(down[2])), at=2 * down, parent="spindle", more=collar)
+    collar, looks = Inertia.cylinder(p.sleeve, 0.1 * p.arm, 0.2 * p.arm), shape("cylinder", radius=0.1 * p.arm, length=0.2 * p.arm)
+    w.link("sleeve", prismatic("sleeve", "z", zero=2 * float(down[2])), at=2 * down, parent="spindle", more=collar, shapes=[looks])
     for k, ball, axis in ((1, out + down, "-y"), (2, down - out, "y")):
         arm = revolute(f"arm_{k}", axis, zero=p.angle)
         w.link(f"arm_{k}", arm, at=(0, 0, 0), to=[ball], parent="spindle", mass_per_length=rods, ball=p.ball)

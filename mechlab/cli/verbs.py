@@ -107,6 +107,9 @@ VERBS: dict[str, Verb] = {
         "dimensions from wanted properties: motion, path, function, straight_line, dwell, planetary, gear_linkage, closed_differential",
         "TASK key=value ...",
     ),
+    "compare": Verb(
+        "mechanisms of one purpose side by side, as a table or a page: straight-line, quick-return, walking", "TASK [-o FILE.html]"
+    ),
     "optimize": Verb(
         "the best parameters for a goal under constraints; the front of two goals",
         "NAME [key=lo:hi or key=value ...]",

@@ -171,7 +171,7 @@ def is_rough(mechanism: Mechanism) -> bool:
 def why_no_smooth_tree(mechanism: Mechanism, laws: tuple[Law, ...]) -> str:
     """Why it is not a tree of one-coordinate joints without dry friction under smooth laws; "" when it is."""
     m = mechanism
-    if m.loops or m.relations:
+    if m.is_closed:
         return "it has loops or gears"
     if is_rough(m) or any(j.nv != 1 for j in m.joints) or any(s.inertia or s.damping or s.stiffness for s in m.shafts):
         return "its joints or shafts are of other kinds, or have dry friction"

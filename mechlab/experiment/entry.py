@@ -210,6 +210,7 @@ class Entry:
     workspace: the region of reachable poses; without it, a workspace is found by asking a question at every node.
     family: what people look for it under; origin: who invented it, and when; use: what it is for, in a sentence.
     outside: numbers from outside of the lab, each a check too.
+    path(p): drive -> its first and last value [rad or m] on the way along which the mechanism is shown and measured.
     """
 
     name: str
@@ -242,3 +243,4 @@ class Entry:
     origin: str = ""
     use: str = ""
     outside: tuple[Outside, ...] = ()
+    path: Callable[[Any], Mapping[str, tuple[float, float]]] | None = None

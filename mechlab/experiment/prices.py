@@ -67,10 +67,10 @@ OTHER_LAW = 3e-6
 
 
 def row_count(mechanism: Mechanism) -> int:
-    """Number of rows of all loops, relations and dry friction, redundant ones included."""
+    """Number of rows of all loops, relations, curves and dry friction, redundant ones included."""
     m = mechanism
     rough = sum(bool(x.friction) for x in m.joints) + sum(bool(x.friction) for x in m.shafts)
-    return sum(LOOP_ROWS[x.kind] for x in m.loops) + len(m.relations) + rough
+    return sum(LOOP_ROWS[x.kind] for x in m.loops) + len(m.relations) + len(m.curves) + rough
 
 
 def price_of_poses(count: int, nv: int, solved: bool = False, sparse: int = 0) -> float:

@@ -98,7 +98,7 @@ class UrdfMap:
         return {
             "root": self.bodies.get(GROUND, ROOT), "bodies": self.bodies, "frames": self.frames, "joints": self.joints, "mimic": follow,
             "not_in_urdf": [x.name for x in m.loops] + [x.name for x in m.shafts] + [x.name for x in m.springs]
-            + list(unmimicked(m)),
+            + [x.name for x in m.curves] + list(unmimicked(m)),
             "gravity": list(m.gravity),
         }  # fmt: skip
 

@@ -31,7 +31,7 @@ def whole_from_sidecar(path: Path, content: str) -> tuple[Mechanism, str] | None
             "mechanism with its loops and gears; to use the changed URDF alone, move it to another folder or name."
         )
     parts = [f"{len(x)} {what}" for what, x in (
-        ("loops", mechanism.loops), ("relations", mechanism.relations), ("shafts", mechanism.shafts),
+        ("loops", mechanism.loops), ("relations", mechanism.relations), ("curves", mechanism.curves), ("shafts", mechanism.shafts),
         ("springs", mechanism.springs), ("drives", mechanism.drives),
     ) if x]  # fmt: skip
     return mechanism, f"read whole from {file.name} beside it ({', '.join(parts)})" if parts else ""

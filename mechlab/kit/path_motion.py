@@ -4,8 +4,9 @@
     motion["P_x"], motion["rocker_angle_rate"]          # (25,) each
 
 The path is the time from 0 to 1 s; each drive moves evenly from its first value to its last. Quantities are those of the engines
-(`mechlab.kit.quantities`): joints, shafts, NAME_x _y _z of frames, and their rates; DRIVE_force, the force [N or N m] of a drive that
-holds the mechanism still against gravity and springs, and DRIVE_steady, the one that keeps it in even motion.
+(`mechlab.kit.quantities`): joints, shafts, NAME_x _y _z of frames, and their rates; NAME_accel of joints and shafts; DRIVE_force, the
+force [N or N m] of a drive that holds the mechanism still against gravity and springs, and DRIVE_steady, the one that keeps it in even
+motion.
 """
 
 from __future__ import annotations
@@ -38,15 +39,22 @@ class ClosedMotion(dict[str, Array]):
     """The motion that a closed form has computed. Raises NotInClosedForm for a quantity that it does not have."""
 
     @classmethod
-    def along(cls, path: Path, form: Callable[[Mapping[str, Array]], Mapping[str, Array]], count: int) -> ClosedMotion:
-        """Values of form(drives (n,)) at `count` places of a path, angles continuous, and their rates by differences of sixth order."""
+    def along(cls, path: Path, form: Callable[[Mapping[str, Array]], Mapping[str, Array]], places: int | Array) -> ClosedMotion:
+        """Values of form(drives (n,)) at places of a path (see `EngineMotion`), angles continuous, and their rates by differences of sixth
+        order, but those NAME_rate and NAME_accel that the form gives itself."""
         near = STEP * np.arange(-3, 4)
-        times = (np.linspace(0.0, 1.0, count)[:, None] + near).ravel()
+        shares = np.linspace(0.0, 1.0, places) if isinstance(places, int) else places
+        times = (shares[:, None] + near).ravel()
         given = {n: a + (b - a) * times for n, (a, b) in path.items()}
         found = cls()
         for name, x in (given | dict(form(given))).items():
-            rows = np.unwrap(np.broadcast_to(x, times.shape)).reshape(count, len(near))
-            found |= {name: rows[:, 3], f"{name}_rate": rows @ SIXTH / STEP}
+            rows = np.broadcast_to(x, times.shape)
+            if name.endswith(("_rate", "_accel")):
+                found[name] = rows.reshape(len(shares), len(near))[:, 3]
+                continue
+            rows = np.unwrap(rows).reshape(len(shares), len(near))
+            found[name] = rows[:, 3]
+            found.setdefault(f"{name}_rate", rows @ SIXTH / STEP)
         return found
 
     def __missing__(self, name: str) -> Array:
@@ -59,9 +67,10 @@ class EngineMotion(Mapping[str, Array]):
     Raises NoSolution where the mechanism does not close, MechlabError for an unknown quantity.
     """
 
-    def __init__(self, witness: str, m: Mechanism, path: Path, count: int) -> None:
+    def __init__(self, witness: str, m: Mechanism, path: Path, places: int | Array) -> None:
+        """places: a number of even ones, or all of them, rising from 0 to 1."""
         self.engine, self.m, self.path = engine(witness), m, path
-        self.places = np.linspace(0.0, 1.0, count)
+        self.places = np.linspace(0.0, 1.0, places) if isinstance(places, int) else np.asarray(places, dtype=float)
         self._frames: dict[str, tuple[Array, Array]] = {}
 
     @cached_property
@@ -96,6 +105,12 @@ class EngineMotion(Mapping[str, Array]):
         speeds = {n: b - a for n, (a, b) in self.path.items()}
         return np.array([self.engine.rates(self.m, q, speeds) for q in self.q])
 
+    @cached_property
+    def a(self) -> Array:
+        """(n, nv) accelerations; those of the drives are 0."""
+        still = dict.fromkeys(self.path, 0.0)
+        return np.array([self.engine.accelerations_of(self.m, q, v, still) for q, v in zip(self.q, self.v, strict=True)])
+
     def force(self, drive: str, moving: bool) -> Array:
         """(n,) force of a drive, by its power: h . v1 for the rates v1 of a unit rate of the drive, the others held; h the bias forces at
         rest, or at the rates of the path. Raises MechlabError for a motion that is not even: its accelerations would count too."""
@@ -111,6 +126,8 @@ class EngineMotion(Mapping[str, Array]):
             if key != name:
                 return np.asarray(self.v @ m.row(name))
             return np.array([float(m.value(name, q)) for q in self.q])
+        if key.endswith("_accel") and key.removesuffix("_accel") in m.scalar_names:
+            return np.asarray(self.a @ m.row(key.removesuffix("_accel")))
         drive, _, kind = key.rpartition("_")
         if drive in self.path and kind in ("force", "steady"):
             return self.force(drive, kind == "steady")

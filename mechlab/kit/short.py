@@ -177,7 +177,7 @@ def planar_entry(
         fidelities={"kinematic": "closed form", "minimal": "bars and pins; exact dynamics"}, default_fidelity="minimal",
         scenes=kit.scenes(), default_scene="driven-crank", sliders=sliders, plots=tuple(plots), questions=(kit.question(),),
         checks=(*kit.checks("K"), *short.outside_checks(outside)), reference=kit.reference, chain=chain, formulas=formulas,
-        sources=sources, family=family, origin=origin, use=use, outside=tuple(outside),
+        sources=sources, family=family, origin=origin, use=use, outside=tuple(outside), path=path,
     )  # fmt: skip
 
 
@@ -195,6 +195,7 @@ def builder_entry(
     outside: Sequence[Outside],
     closed: Callable[[Any, Mapping[str, Any]], Mapping[str, Any]] | None = None,
     drives: tuple[str, ...] = (),
+    through: Callable[[Any], Sequence[float]] = lambda p: (),
     duration: float = 1.0,
     plots: Sequence[PlotRecipe] = (),
     sliders: tuple[str, ...] = (),
@@ -206,7 +207,8 @@ def builder_entry(
 
     build(p) -> Mechanism. path(p): joint or shaft -> first and last value; it is led along the path within `duration` [s] in the scene
     driven, by itself or by the given drives (the legs of a platform, whose coordinates the path has). closed(p, given): joints, shafts and
-    points (n,) in closed form from those of the path (n,), where a closed form exists; their rates follow by differences.
+    points (n,) in closed form from those of the path (n,), where a closed form exists; rates that it does not give follow by differences.
+    through(p): shares of the path, from 0 to 1, that are places too, beside PLACES even ones: where a number from outside is read off.
     """
 
     @lru_cache(maxsize=16)
@@ -214,14 +216,14 @@ def builder_entry(
         return build(p)
 
     def by_hand(p: Any) -> ClosedMotion | None:
-        return None if closed is None else ClosedMotion.along(path(p), partial(closed, p), PLACES)
+        return None if closed is None else ClosedMotion.along(path(p), partial(closed, p), short.places(p))
 
-    short = _Short(name, made, "full", path, by_hand, duration, drives)
+    short = _Short(name, made, "full", path, by_hand, duration, drives, through)
     return Entry(
         name=name, title=title, summary=summary, parameters=parameters, build=made, fidelities={"full": "every part a body"},
         default_fidelity="full", scenes=short.scenes(), default_scene="driven", sliders=sliders, plots=tuple(plots),
         checks=(*short.checks(closed is not None), *short.outside_checks(outside)), chain=chain, formulas=formulas, sources=sources,
-        family=family, origin=origin, use=use, outside=tuple(outside),
+        family=family, origin=origin, use=use, outside=tuple(outside), path=path,
     )  # fmt: skip
 
 
@@ -268,12 +270,19 @@ class _Short:
     motion: Callable[[Any], ClosedMotion | None]
     duration: float = 1.0
     drives: tuple[str, ...] = ()
+    through: Callable[[Any], Sequence[float]] = lambda p: ()
+
+    def places(self, p: Any) -> Array:
+        """(n,) shares of the path: PLACES even ones, and those that it must pass through."""
+        even = np.linspace(0.0, 1.0, PLACES)
+        more = [x for x in self.through(p) if np.min(np.abs(even - x)) > 1e-12]
+        return np.sort(np.append(even, more))
 
     def motions(self, p: Any) -> dict[str, Mapping[str, Array]]:
         """Witness -> its motion along the path."""
         closed, m = self.motion(p), self.build(p, self.fidelity)
         own: dict[str, Mapping[str, Array]] = {} if closed is None else {"analytic": closed}
-        return own | {w: EngineMotion(w, m, self.path(p), PLACES) for w in WITNESSES}
+        return own | {w: EngineMotion(w, m, self.path(p), self.places(p)) for w in WITNESSES}
 
     def scenes(self) -> dict[str, SceneRecipe]:
         """Scene driven: the drives go along the path by inverse dynamics; free-run: they are let go at its beginning."""
@@ -320,7 +329,7 @@ class _Short:
 
     def _poses(self, p: Any) -> CheckResult:
         m = self.build(p, self.fidelity)
-        return self._compared({w: EngineMotion(w, m, self.path(p), PLACES) for w in WITNESSES})
+        return self._compared({w: EngineMotion(w, m, self.path(p), self.places(p)) for w in WITNESSES})
 
     def _by_hand(self, p: Any) -> CheckResult:
         return self._compared(self.motions(p))
@@ -328,7 +337,8 @@ class _Short:
     def _compared(self, motions: Mapping[str, Mapping[str, Array]]) -> CheckResult:
         names = [n for n in motions["mujoco"] if all(n in x for x in motions.values())]
         rows = {w: np.concatenate([x[n] for n in names]) for w, x in motions.items()}
-        return CheckResult(rows, 1e-8, note=f"{PLACES} places of the path, {len(names)} quantities")
+        count = len(motions["mujoco"][names[0]])
+        return CheckResult(rows, 1e-8, note=f"{count} places of the path, {len(names)} quantities")
 
     def _run(self, p: Any) -> CheckResult:
         m, made = self.build(p, self.fidelity), self.scenes()["driven"].make(p, self.fidelity)

@@ -20,15 +20,18 @@ from mechlab.mechanism.length_unit import row_units
 
 @dataclass(frozen=True)
 class Written:
-    """The files by kind, and the result of a short run of the MJCF in plain MuJoCo."""
+    """The files by kind, the result of a short run of the MJCF in plain MuJoCo, and the curves of the mechanism."""
 
     files: dict[str, Path]
     trial: FileTrial
+    curves: tuple[str, ...] = ()
 
     @property
     def sentence(self) -> str:
         """What was done with the files before they were handed out."""
         done = "every file was reloaded by its consumer (MuJoCo, Pinocchio, yourdfpy)"
+        if self.curves:
+            done += f"; {', '.join(self.curves)}: the MJCF holds it near the reference pose (degree 4), the URDF not, the JSON wholly"
         if self.trial.exit_code:
             return f"{done}, but the MJCF does not come through a trial run in plain MuJoCo"
         return f"{done}; the MJCF came through a trial run in plain MuJoCo"
@@ -50,7 +53,8 @@ def write_verified(mechanism: Mechanism, out: str | Path, settings: Settings | N
     trial = try_file(mechanism, settings)
     written = write_files(mechanism, Path(out), trial.settings, verify=reload)
     folders = {kind.partition("/")[0]: path for kind, path in written.items()}
-    return Written({kind: path.parent if kind == "meshes" else path for kind, path in folders.items()}, trial)
+    return Written({kind: path.parent if kind == "meshes" else path for kind, path in folders.items()}, trial,
+                   tuple(x.name for x in mechanism.curves))  # fmt: skip
 
 
 def verify(mechanism: Mechanism, folder: Path) -> dict[str, Any]:

@@ -39,7 +39,7 @@ def with_order(recording: Recording, scene: Scene) -> Recording:
     steps = max(1, min(ORDER_STEPS, int(scene.duration / s.timestep + 1e-9)))
     outputs = max(1, min(ORDER_OUTPUTS, steps))
     piece = replace(scene, duration=steps // outputs * outputs * s.timestep)
-    expected = expected_order(s, bool(m.loops or m.relations))
+    expected = expected_order(s, m.is_closed)
     order = observed_order(lambda h: _states(m, piece, replace(s, timestep=h), outputs), s.timestep, expected)
     found = order_finding(order, s.timestep, suspects(m, scene, s))
     return replace(recording, health=recording.health + Health((found,)))

@@ -47,7 +47,7 @@ def settings_for(settings: Settings, mechanism: Mechanism, scene: Scene) -> Sett
 def other_softness(mechanism: Mechanism, settings: Settings) -> Settings | None:
     """Settings of MuJoCo with another softness of the rows: its effect on accelerations and reactions does not vanish
     with the step. None for other engines, and where there are no rows."""
-    if settings.engine != "mujoco" or not (mechanism.loops or mechanism.relations):
+    if settings.engine != "mujoco" or not mechanism.is_closed:
         return None
     hard = PRESETS["accurate"]
     if settings.timeconst is None:

@@ -69,7 +69,7 @@ def describe_design(design: Design, fidelity: str | None = None) -> Description:
         "parameter_info": [
             {"name": i.name, "unit": i.unit, "range": i.range_text, "text": i.text, "source": i.source} for i in describe(entry.parameters)
         ],
-        "warnings": design.warnings,
+        "warnings": design.warnings, "sources": list(entry.sources),
     }  # fmt: skip
     if level == "kinematic":
         sentences.append("Fidelity kinematic: closed form only, no bodies.")
@@ -101,6 +101,8 @@ def describe_design(design: Design, fidelity: str | None = None) -> Description:
         asked += TRAIN_QUESTIONS
     if asked:
         tables["Questions"] = (headers, asked)
+    if entry.sources:
+        tables["Sources"] = (("source",), tuple((s,) for s in entry.sources))
     return Description(entry.title, tuple(sentences), tables, data)
 
 

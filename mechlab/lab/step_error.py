@@ -112,7 +112,7 @@ class _Estimate:
     def __init__(self, recording: Recording, scene: Scene, again: Again) -> None:
         self.recording, self.scene, self.again, self.settings = recording, scene, again, recording.settings
         m = recording.mechanism
-        self.soft = self.settings.engine == "mujoco" and bool(m.loops or m.relations)
+        self.soft = self.settings.engine == "mujoco" and m.is_closed
         self.order = expected_order(self.settings, self.soft)
         self.states = basic_channels(m, recording.q[:1], recording.v[:1])[0]
         self.kinks = any(True for _ in suspects(m, scene, self.settings, recording))

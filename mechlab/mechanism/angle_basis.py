@@ -57,7 +57,7 @@ def dependent_angles(mechanism: Mechanism, independent: Sequence[str] | None = N
     """The null-space basis of all LinearRelations, by Gauss elimination in fractions.
 
     `independent`: joints to take as coordinates; default: the last that elimination leaves, in the order of the joints.
-    Raises MechlabError for loops or spherical joints (their constraints are not linear), an unknown name, or joints that
+    Raises MechlabError for loops, curves or spherical joints (their constraints are not linear), an unknown name, or joints that
     are not independent of each other or too few.
     """
     names = _scalar_joints(mechanism)
@@ -127,6 +127,8 @@ def _scalar_joints(m: Mechanism) -> list[str]:
             f"{m.name}: loop {m.loops[0].name!r} is no linear relation: its angles do not follow by constant ratios. "
             "Reduce the part of the train that has no loops."
         )
+    if m.curves:
+        raise MechlabError(f"{m.name}: curve {m.curves[0].name!r} is no linear relation: its angles do not follow by constant ratios.")
     for joint in m.joints:
         if joint.kind == "spherical":
             raise MechlabError(f"{m.name}: joint {joint.name!r} is spherical and has no single angle; use revolutes.")

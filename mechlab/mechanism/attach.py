@@ -86,10 +86,10 @@ def _parts(m: Mechanism) -> list[tuple[str, tuple[Part, ...]]]:
 
 
 def _refuse_clashes(b: Parts, m: Mechanism, prefix: str) -> None:
-    """Raise MechlabError for names that both have; joints and shafts share one list of names, so do loops, relations and
-    springs."""
+    """Raise MechlabError for names that both have; joints and shafts share one list of names, so do loops, relations,
+    curves and springs."""
     group = {"joint": "joint or shaft", "shaft": "joint or shaft"} | dict.fromkeys(
-        ("loop", "relation", "spring"), "constraint"
+        ("loop", "relation", "curve", "spring"), "constraint"
     )
     taken = {(group.get(k, k), p.name) for k, p in parts_of(b)}
     arriving = [(k, prefix + p.name) for k, items in _parts(m) for p in items]

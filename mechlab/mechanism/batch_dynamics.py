@@ -90,7 +90,7 @@ class BatchDynamics:
         push = self._passive(poses, screws, q, v) - bias
         if not self.rows.count:
             return ManyEquations(mass, push, np.zeros((len(q), 0, v.shape[1])), np.zeros((len(q), 0)))
-        return ManyEquations(mass, push, self.rows.evaluate(q)[1], -self.rows.bias(poses, screws, turned, v))
+        return ManyEquations(mass, push, self.rows.evaluate(q)[1], -self.rows.bias(poses, screws, turned, q, v))
 
     def _masses(
         self, poses: Poses, screws: tuple[Array, Array], turned: tuple[Array, Array], v: Array

@@ -30,7 +30,7 @@ Indices = NDArray[np.intp]
 
 
 class SparseRows:
-    """Residual and Jacobian of all loops and relations at many poses as the entries that can differ from zero; rows as in
+    """Residual and Jacobian of all loops, relations and curves at many poses as the entries that can differ from zero; rows as in
     `BatchRows.system`, poses as the last index.
 
     row, column (nnz,): where the entries of `at(q)` stand.
@@ -57,8 +57,10 @@ class SparseRows:
             row.append(first + kept[0])
             column.append(columns[kept])
             first += len(columns)
-        self.row: Indices = np.concatenate([*row, first + linked])
-        self.column: Indices = np.concatenate([*column, self._relations])
+        coupled = rows.curve_ends
+        curved = first + len(rows.relations) + np.arange(len(coupled))
+        self.row: Indices = np.concatenate([*row, first + linked, curved, curved])
+        self.column: Indices = np.concatenate([*column, self._relations, coupled[:, 0], coupled[:, 1]])
 
     def at(self, q: Array) -> tuple[Array, Array]:
         """Entries (nnz, P) of the Jacobian and residual (rows, P) at q (P, nv)."""
@@ -92,6 +94,10 @@ class SparseRows:
         if len(rows.relations):
             values.append(np.repeat(self._coefficients[:, None], len(q), axis=1))
             residual.append(rows.relations @ q.T)
+        if rows.curves:
+            value, slope, _ = rows.laws(q)
+            values += [np.ones(slope.T.shape), -slope.T]
+            residual.append(value.T)
         if not values:
             return np.zeros((0, len(q))), np.zeros((0, len(q)))
         return np.concatenate(values), np.concatenate(residual)

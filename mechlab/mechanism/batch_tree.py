@@ -190,7 +190,7 @@ def crossed(a: Array, b: Array) -> Array:
 
 
 class BatchRows:
-    """Residual and Jacobian of all loops and relations at many poses; rows as in `mechlab.mechanism.ConstraintSet`, in
+    """Residual and Jacobian of all loops, relations and curves at many poses; rows as in `mechlab.mechanism.ConstraintSet`, in
     another order."""
 
     def __init__(self, tree: BatchTree) -> None:
@@ -214,12 +214,17 @@ class BatchRows:
         self.rod_between = (on[self.rod_b[0]] - on[self.rod_a[0]])[:, None, None, :]
         self.lengths = np.array([x.length for x in rods])
         self.relations = np.array([m.coefficient_row(x.coefficients) for x in m.relations]).reshape(-1, m.nv)
+        self.curves = [(x.curve, m.zero(x.output), m.zero(x.input)) for x in m.curves]
+        self.curve_ends = np.array([(m.v_slice[x.output].start, m.v_slice[x.input].start) for x in m.curves], dtype=int).reshape(-1, 2)
         self.names = (
             *(f"{loops[i].name}.{AXES[u]}" for i, u in offsets), *(f"{loops[i].name}.{AXES[u]}_{AXES[w]}" for i, u, w in angles),
             *(f"{x.name}.length" for x in rods), *(x.name for x in m.relations),
+            *(x.name for x in m.curves),
         )  # fmt: skip
         self.count = len(self.names)
-        kinds = np.repeat(("offset", "angle", "offset", "relation"), (len(offsets), len(angles), len(rods), len(m.relations)))
+        kinds = np.repeat(
+            ("offset", "angle", "offset", "relation"), (len(offsets), len(angles), len(rods), len(m.relations) + len(m.curves))
+        )
         self.kinds = {kind: np.flatnonzero(kinds == kind) for kind in ("offset", "angle", "relation")}
         """Kind of row -> its rows: lengths [m], sines of angles, sums of relations [rad or m]."""
 
@@ -265,6 +270,12 @@ class BatchRows:
             linked = np.empty((count, len(self.relations), n + 1))
             linked[..., :n], linked[..., n] = self.relations, q @ self.relations.T
             parts.append(linked)
+        if self.curves:
+            value, slope, _ = self.laws(q)
+            coupled = np.zeros((count, len(self.curves), n + 1))
+            at, (b, a) = np.arange(len(self.curves)), self.curve_ends.T
+            coupled[:, at, b], coupled[:, at, a], coupled[..., n] = 1.0, -slope, value
+            parts.append(coupled)
         return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
 
     def residual(self, q: Array) -> Array:
@@ -287,6 +298,8 @@ class BatchRows:
             parts.append(0.5 * (np.sum(d * d, axis=-1) - lengths**2) / lengths)
         if len(self.relations):
             parts.append(self.relations @ q.T)
+        if self.curves:
+            parts.append(self.laws(q)[0].T)
         return np.concatenate(parts).T if parts else np.zeros((len(q), 0))
 
     def evaluate(self, q: Array) -> tuple[Array, Array]:
@@ -296,8 +309,8 @@ class BatchRows:
         found = self.system(q)
         return found[..., -1], found[..., :-1]
 
-    def bias(self, poses: Poses, screws: tuple[Array, Array], turned: tuple[Array, Array], v: Array) -> Array:
-        """(P, rows) dJ/dt v at rates v (P, nv), in the order of `system`; turned: the rates of the screws."""
+    def bias(self, poses: Poses, screws: tuple[Array, Array], turned: tuple[Array, Array], q: Array, v: Array) -> Array:
+        """(P, rows) dJ/dt v at q, v (P, nv), in the order of `system`; turned: the rates of the screws."""
         tree, count = self.tree, len(v)
         parts = []
 
@@ -333,4 +346,18 @@ class BatchRows:
             along = np.sum((vb - va) ** 2 + (pb - pa) * (ab - aa), axis=-1)
             parts.append((along / self.lengths[:, None]).T)
         parts.append(np.zeros((count, len(self.relations))))
+        if self.curves:
+            parts.append(self.curve_bias(q, v))
         return np.concatenate(parts, axis=1)
+
+    def laws(self, q: Array) -> tuple[Array, Array, Array]:
+        """(P, curves) residual, f' and f'' of the curves at q (P, nv)."""
+        out = np.empty((3, len(q), len(self.curves)))
+        for k, ((curve, zero_b, zero_a), (b, a)) in enumerate(zip(self.curves, self.curve_ends, strict=True)):
+            out[:, :, k] = curve.many(zero_a + q[:, a])
+            out[0, :, k] = zero_b + q[:, b] - out[0, :, k]
+        return out[0], out[1], out[2]
+
+    def curve_bias(self, q: Array, v: Array) -> Array:
+        """(P, curves) dJ/dt v of the curves."""
+        return np.asarray(-self.laws(q)[2] * v[:, self.curve_ends[:, 1]] ** 2)

@@ -9,6 +9,7 @@ import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.mechanism.assembly import assembled_pose, rebased
+from mechlab.mechanism.curve import Curve, CurveRelation
 from mechlab.mechanism.editable import Editable
 from mechlab.mechanism.gears import GearMesh, relations
 from mechlab.mechanism.geometry import IDENTITY, Placement, frame_along
@@ -54,6 +55,7 @@ class Builder(Editable):
         b.bodies, b.loops, b.shafts = list(mechanism.bodies), list(mechanism.loops), list(mechanism.shafts)
         b.meshes, b.springs, b.drives = list(mechanism.relations), list(mechanism.springs), list(mechanism.drives)
         b.frames, b.ground_shapes = list(mechanism.frames), list(mechanism.ground_shapes)
+        b.curves = list(mechanism.curves)
         return b
 
     # -- parts -------------------------------------------------------------------------------------------------------
@@ -211,6 +213,13 @@ class Builder(Editable):
         self.meshes.append(LinearRelation(name, terms))
         return self
 
+    def curve(self, name: str, output: str, input: str, curve: Curve) -> Builder:
+        """Couple two joints by a function: value of `output` = curve(value of `input`), physical values [rad or m]."""
+        if not isinstance(curve, Curve):
+            raise MechlabError(f"curve {name!r}: expected a Curve such as hermite(knots, values, slopes, bends), got {curve!r}.")
+        self.curves.append(CurveRelation(name, output, input, curve))
+        return self
+
     def shaft(self, name: str, coefficients: Mapping[str, object], **options: object) -> Builder:
         """A Shaft: coefficients of joints (exact), options as of `Shaft`."""
         options_of(Shaft, options, f"shaft {name!r}", fixed=("name", "coefficients"))
@@ -259,6 +268,7 @@ class Builder(Editable):
             "gravity": self.gravity,
             "ground_shapes": tuple(self.ground_shapes),
             "summary": self.summary,
+            "curves": tuple(self.curves),
         }
 
     def _relations(self, bodies: Sequence[Body]) -> list[LinearRelation]:
@@ -266,7 +276,7 @@ class Builder(Editable):
         meshes = [x for x in self.meshes if isinstance(x, GearMesh)]
         if not meshes:
             return [x for x in self.meshes if not isinstance(x, GearMesh)]
-        bare = OpenMechanism(**{**self._parts(bodies, ()), "loops": ()})  # type: ignore[arg-type]
+        bare = OpenMechanism(**{**self._parts(bodies, ()), "loops": (), "curves": ()})  # type: ignore[arg-type]
         found = iter(relations(meshes, bare))
         return [next(found) if isinstance(x, GearMesh) else x for x in self.meshes]
 
@@ -279,6 +289,7 @@ class Builder(Editable):
         Call it when all parts are there. Raises MechlabError when a tilted loop has no link that could take one.
         """
         named = {d.on for d in self.drives} | {n for s in self.shafts for n, _ in s.coefficients}
+        named |= {n for x in self.curves for n in (x.output, x.input)}
         for mesh in self.meshes:
             named |= {n for n, _ in mesh.coefficients} if isinstance(mesh, LinearRelation) else {mesh.a, mesh.b}
         self.bodies = list(with_balls(self.bodies, self.loops, frozenset(named))[0])

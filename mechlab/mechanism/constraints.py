@@ -1,4 +1,4 @@
-"""Constraints over a Kinematics: residual, Jacobian, bias and row names of loops and linear relations.
+"""Constraints over a Kinematics: residual, Jacobian, bias and row names of loops, linear relations and curves.
 
 Every loop is built of two kinds of row between a frame a in body A and a frame b in body B:
 
@@ -18,6 +18,7 @@ from typing import Protocol
 
 import numpy as np
 
+from mechlab.mechanism.curve import CurveRelation
 from mechlab.mechanism.geometry import Array, cross
 from mechlab.mechanism.kinematics import Kinematics
 from mechlab.mechanism.model import Mechanism
@@ -204,14 +205,59 @@ class RelationConstraint:
         return np.zeros(1)
 
 
+@dataclass(frozen=True)
+class CurveConstraint:
+    """The one row of a CurveRelation: output - f(input), values of the two joints."""
+
+    relation: CurveRelation
+    mechanism: Mechanism
+
+    @property
+    def name(self) -> str:
+        """Name of the relation."""
+        return self.relation.name
+
+    @property
+    def rows(self) -> tuple[str, ...]:
+        """The one row name: that of the relation."""
+        return (self.name,)
+
+    @cached_property
+    def _places(self) -> tuple[int, int, int, int, float, float]:
+        """Where output and input stand in q and in v, and their zeros."""
+        m, (b, a) = self.mechanism, (self.relation.output, self.relation.input)
+        return m.q_slice[b].start, m.q_slice[a].start, m.v_slice[b].start, m.v_slice[a].start, m.zero(b), m.zero(a)
+
+    def _law(self, kin: Kinematics) -> tuple[float, float, float]:
+        _, a, _, _, _, zero = self._places
+        return self.relation.curve.at(zero + float(kin.q[a]))
+
+    def residual(self, kin: Kinematics) -> Array:
+        """(1,) [rad or m]."""
+        b, _, _, _, zero, _ = self._places
+        return np.array([zero + float(kin.q[b]) - self._law(kin)[0]])
+
+    def jacobian(self, kin: Kinematics) -> Array:
+        """(1, nv): 1 at the output, -f' at the input."""
+        _, _, b, a, _, _ = self._places
+        row = np.zeros((1, self.mechanism.nv))
+        row[0, b], row[0, a] = 1.0, -self._law(kin)[1]
+        return row
+
+    def bias(self, kin: Kinematics) -> Array:
+        """(1,) -f'' (rate of the input)^2."""
+        return np.array([-self._law(kin)[2] * float(kin.v[self._places[3]]) ** 2])
+
+
 class ConstraintSet:
-    """All constraints of a Mechanism, stacked: loops in order, then relations in order."""
+    """All constraints of a Mechanism, stacked: loops in order, then relations in order, then curves in order."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         items: list[Constraint] = [
             DistanceConstraint(x) if x.kind == "distance" else LoopConstraint(x) for x in mechanism.loops
         ]
         items += [RelationConstraint(x, mechanism) for x in mechanism.relations]
+        items += [CurveConstraint(x, mechanism) for x in mechanism.curves]
         self.mechanism = mechanism
         self.items: Sequence[Constraint] = tuple(items)
         self.rows = tuple(r for c in self.items for r in c.rows)

@@ -7,15 +7,16 @@ from dataclasses import replace
 from typing import Any
 
 from mechlab.errors import MechlabError, unknown
+from mechlab.mechanism.curve import CurveRelation
 from mechlab.mechanism.gears import GearMesh
 from mechlab.mechanism.geometry import vector
 from mechlab.mechanism.given import options_of
 from mechlab.mechanism.parts import GROUND, Body, Drive, Frame, Joint, LinearRelation, Loop, Shaft, Shape, Spring
 
-Part = Body | Joint | Loop | GearMesh | LinearRelation | Shaft | Spring | Drive | Frame
+Part = Body | Joint | Loop | GearMesh | LinearRelation | CurveRelation | Shaft | Spring | Drive | Frame
 LISTS = {
     "body": "bodies", "loop": "loops", "relation": "meshes", "shaft": "shafts", "spring": "springs", "drive": "drives",
-    "frame": "frames",
+    "frame": "frames", "curve": "curves",
 }  # fmt: skip
 """Kind of part -> the list of the Builder that holds it; joints stand in their bodies."""
 KINDS = ("body", "joint", *list(LISTS)[1:])
@@ -35,6 +36,7 @@ class Parts:
         self.springs: list[Spring] = []
         self.drives: list[Drive] = []
         self.frames: list[Frame] = []
+        self.curves: list[CurveRelation] = []
         self.ground_shapes: list[Shape] = []
 
 
@@ -83,6 +85,8 @@ def references(part: Part) -> Iterator[tuple[str, str]]:
         yield from (("scalar", part.a), ("scalar", part.b), ("body", part.carrier))
     elif isinstance(part, LinearRelation):
         yield from (("scalar", n) for n, _ in part.coefficients)
+    elif isinstance(part, CurveRelation):
+        yield from (("scalar", part.output), ("scalar", part.input))
     elif isinstance(part, Shaft):
         yield from (("scalar", n) for n, _ in part.coefficients)
         if part.shapes:
@@ -136,6 +140,8 @@ def renamed(part: Part, own: Rename, body: Rename, scalar: Rename) -> Part:
         return replace(out, a=scalar(part.a), b=scalar(part.b), carrier=body(part.carrier))
     if isinstance(part, LinearRelation):
         return replace(out, coefficients=tuple((scalar(n), c) for n, c in part.coefficients))
+    if isinstance(part, CurveRelation):
+        return replace(out, output=scalar(part.output), input=scalar(part.input))
     if isinstance(part, Shaft):
         terms = tuple((scalar(n), c) for n, c in part.coefficients)
         return replace(out, name=scalar(part.name), coefficients=terms, body=body(part.body))

@@ -39,7 +39,7 @@ class Editable(edit.Parts):
 
     def change(self, name: str, /, *, kind: str | None = None, **fields: object) -> Self:
         """Change fields of any part, as of its dataclass: `change("crank", kind="drive", limit=5.0)`. `kind` (body, joint,
-        loop, relation, shaft, spring, drive, frame) where several parts have the name.
+        loop, relation, shaft, spring, drive, frame, curve) where several parts have the name.
 
         Raises MechlabError for a name or field that does not exist. Another name: `rename`.
         """

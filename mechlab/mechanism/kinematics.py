@@ -31,6 +31,7 @@ class Kinematics(Protocol):
 
     mechanism: Mechanism
     q: Array
+    v: Array
 
     def pose(self, body: str) -> tuple[Array, Array]:
         """Rotation (3, 3) body to world and origin (3,) of a body."""

@@ -31,13 +31,16 @@ def is_length(m: Mechanism, name: str) -> bool:
 
 
 def row_units(m: Mechanism, constraints: ConstraintSet) -> Array:
-    """(rows,) the unit of each residual: `length_scale` for the offsets of loops, 1 for angles and relations."""
+    """(rows,) the unit of each residual: `length_scale` for the offsets of loops and curves of slides, 1 for angles and relations."""
     out = np.ones(len(constraints))
     loops = {x.name for x in m.loops}
     for item in constraints.items:
         rows = constraints.slices[item.name]
         if item.name in loops:
             out[rows] = [1.0 if "_" in r.removeprefix(item.name) else m.length_scale for r in constraints.rows[rows]]
+    for curve in m.curves:
+        if curve.output in m.slides:
+            out[constraints.slices[curve.name]] = m.length_scale
     return out
 
 
@@ -70,6 +73,7 @@ def in_unit_of_length(m: Mechanism, unit: float) -> Mechanism:
             for x in m.loops
         ),
         relations=tuple(replace(r, coefficients=terms(r.coefficients)) for r in m.relations),
+        curves=tuple(x.in_unit_of_length(m.slides, unit) for x in m.curves),
         shafts=tuple(
             replace(s, coefficients=terms(s.coefficients), placement=place(s.placement), shapes=(),
                     zero=s.zero / unit if is_length(m, s.name) else s.zero, range=None)

@@ -55,6 +55,9 @@ class ManyMotion:
         out = np.zeros((len(self.v), self.poses.rows))
         for loop, place, names in self.poses.loops:
             out[:, place] = self._loop(loop, names)
+        for curve, row in self.poses.curves:
+            rate = self.v[:, self.poses.mechanism.v_slice[curve.input].start]
+            out[:, row] = -self.poses.law(curve)[2] * rate**2
         return out
 
     def _loop(self, loop: Loop, names: tuple[str, ...]) -> Array:

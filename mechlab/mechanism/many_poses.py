@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from mechlab.mechanism.constraints import AXES, ConstraintSet
+from mechlab.mechanism.curve import CurveRelation
 from mechlab.mechanism.geometry import Array, quaternion_products, skew
 from mechlab.mechanism.kinematics import moving_rates, turning_rates
 from mechlab.mechanism.model import Mechanism
@@ -37,6 +38,7 @@ class ManyPoses:
             (x, constraints.slices[x.name], constraints.items[k].rows) for k, x in enumerate(mechanism.loops)
         ]
         self._relations = [(x, constraints.slices[x.name].start) for x in mechanism.relations]
+        self.curves = [(x, constraints.slices[x.name].start) for x in mechanism.curves]
         self.rows = len(constraints)
         # a turn about an axis = basis[0] + basis[1] sin q + basis[2] (1 - cos q) (Rodrigues)
         basis: list[tuple[Array, Array, Array]] = []
@@ -145,6 +147,10 @@ class ManyPoses:
             residual[:, place], jacobian[:, place, columns] = self._loop(loop, names, columns)
         for relation, row in self._relations:
             residual[:, row], jacobian[:, row] = self._relation(relation)
+        for curve, row in self.curves:
+            residual[:, row], slope, _ = self.law(curve)
+            jacobian[:, row, self.mechanism.v_slice[curve.output].start] = 1.0
+            jacobian[:, row, self.mechanism.v_slice[curve.input].start] = -slope
         return residual, jacobian
 
     def frame(self, body: str) -> tuple[Array, Array]:
@@ -190,6 +196,12 @@ class ManyPoses:
                 values.append((u * d).sum(axis=1))
                 rows.append((relative @ u[:, :, None] + wa @ _cross(u, d)[:, :, None])[..., 0])
         return np.stack(values, axis=1), np.stack(rows, axis=1)
+
+    def law(self, relation: CurveRelation) -> tuple[Array, Array, Array]:
+        """(n,) residual, f' and f'' of a curve."""
+        m = self.mechanism
+        f, slope, bend = relation.curve.many(m.value(relation.input, self.q))
+        return m.value(relation.output, self.q) - f, slope, bend
 
     def _relation(self, relation: LinearRelation) -> tuple[Array, Array]:
         m = self.mechanism

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from mechlab.errors import unknown
+from mechlab.mechanism.curve import CurveRelation
 from mechlab.mechanism.geometry import Array, Vector
 from mechlab.mechanism.parts import Body, Coefficients, Drive, Frame, Joint, LinearRelation, Loop, Shaft, Shape, Spring
 from mechlab.mechanism.tree import size, unit_of_length
@@ -44,6 +45,7 @@ class Mechanism(Result[Path]):
     gravity: Vector = (0.0, 0.0, -9.81)
     ground_shapes: tuple[Shape, ...] = ()
     summary: str = field(default="", compare=True)
+    curves: tuple[CurveRelation, ...] = field(default=(), metadata={"brief": True})
 
     def __post_init__(self) -> None:
         for check in CHECKS:
@@ -112,6 +114,7 @@ class Mechanism(Result[Path]):
             "frame": {f.name: f for f in self.frames},
             "loop": {x.name: x for x in self.loops},
             "relation": {x.name: x for x in self.relations},
+            "curve": {x.name: x for x in self.curves},
             "drive": {d.name: d for d in self.drives},
         }
 
@@ -216,6 +219,17 @@ class Mechanism(Result[Path]):
     def length_scale(self) -> float:
         """Unit of length [m] in which the mechanism has a size of order 1: a power of two, 1 from 1 cm to 100 m."""
         return unit_of_length(self.size)
+
+    @property
+    def couplings(self) -> tuple[LinearRelation | CurveRelation, ...]:
+        """What couples joints by a row of its own: the linear relations, then the curves."""
+        out: tuple[LinearRelation | CurveRelation, ...] = self.relations
+        return out + self.curves
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether anything closes or couples it: loops, linear relations, curves."""
+        return bool(self.loops or self.relations or self.curves)
 
     @property
     def total_mass(self) -> float:

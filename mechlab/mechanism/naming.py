@@ -1,7 +1,7 @@
 """The keys by which users address the parts of a mechanism, and the refusal of two parts with the same key.
 
 A joint or shaft X: X, X_rate, X_accel, X_force, X_0, X_rate_0; a spherical joint its rates X_x, X_y, X_z. A frame F:
-F_x, F_wx, their rates and accelerations, F_rotation. A loop L: L_fx .. L_mz, L_load. A relation R: R_load.
+F_x, F_wx, their rates and accelerations, F_rotation. A loop L: L_fx .. L_mz, L_load. A relation or curve R: R_load.
 """
 
 from __future__ import annotations
@@ -31,6 +31,7 @@ def keys_of(m: Mechanism) -> Iterator[tuple[str, str]]:
         ("frame", [f.name for f in m.frames], POINT | TURN),
         ("loop", [x.name for x in m.loops], WRENCH | {"_load": "the load"}),
         ("relation", [r.name for r in m.relations], {"_load": "the load"}),
+        ("curve", [x.name for x in m.curves], {"_load": "the load"}),
     ):
         for name in names:
             for suffix, meaning in suffixes.items():

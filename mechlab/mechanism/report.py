@@ -26,10 +26,12 @@ def body_rows(m: Mechanism) -> Rows:
 
 
 def closing_rows(m: Mechanism) -> Rows:
-    """Loops, relations and shafts."""
+    """Loops, relations, curves and shafts."""
     rows = [(x.name, f"{x.kind} loop", str(LOOP_ROWS[x.kind]), f"{x.body_a} - {x.body_b}") for x in m.loops]
     for r in m.relations:
         rows.append((r.name, f"{r.kind} relation", "1", _sum(r.coefficients) + " = 0"))
+    for x in m.curves:
+        rows.append((x.name, "curve", "1", f"{x.output} = f({x.input}), {counted(len(x.curve.pieces), 'piece')}"))
     for s in m.shafts:
         rows.append((s.name, "shaft", "-", f"{_sum(s.coefficients)}; inertia {s.inertia:.4g} kg m2"))
     return ("name", "kind", "rows", "between"), tuple(rows)
@@ -51,7 +53,7 @@ def freedom_sentences(found: Structure) -> list[str]:
 @line_of.register
 def _line(m: Mechanism) -> str:
     parts = [counted(len(m.bodies), "body", "bodies"), counted(m.nv, "coordinate")]
-    for items, word in ((m.loops, "loop"), (m.relations, "relation"), (m.shafts, "shaft"), (m.drives, "drive")):
+    for items, word in ((m.loops, "loop"), (m.relations, "relation"), (m.curves, "curve"), (m.shafts, "shaft"), (m.drives, "drive")):
         parts += [counted(len(items), word)] if items else []
     return f"Mechanism {m.name}: {', '.join(parts)}, {m.total_mass:.4g} kg"
 
@@ -86,7 +88,7 @@ def _sheet(m: Mechanism) -> tuple[list[str], dict[str, Rows]]:
 def part_tables(m: Mechanism, found: Structure) -> dict[str, Rows]:
     """Tables of the parts: bodies; loops, relations, shafts; redundant rows."""
     tables = {"Bodies": body_rows(m)}
-    if m.loops or m.relations or m.shafts:
+    if m.is_closed or m.shafts:
         tables["Loops, relations, shafts"] = closing_rows(m)
     if found.redundant:
         tables["Redundant rows"] = (("row",), tuple((r.sentence,) for r in found.redundant))

@@ -80,7 +80,7 @@ def may_pass_singular(mechanism: Mechanism, poses: Array) -> bool:
 
 def _smallest(mechanism: Mechanism, poses: Array) -> Array | None:
     """(n,) smallest singular values of the Jacobian at its usual rank, rows scaled by their size at a generic pose; None without loops."""
-    if not mechanism.loops:  # the rows of relations are the same in every pose
+    if not (mechanism.loops or mechanism.curves):  # the rows of relations are the same in every pose
         return None
     best = structure(mechanism)
     if not best.rank:

@@ -46,7 +46,7 @@ def validate(m: Mechanism, closed: bool = True) -> None:
     rates = sum(j.nv for b in m.bodies for j in b.joints)
     if rates > MAX_RATES:
         raise too_many_rates(m.name, rates)
-    rows = sum(LOOP_ROWS.get(x.kind, 0) for x in m.loops) + len(m.relations)
+    rows = sum(LOOP_ROWS.get(x.kind, 0) for x in m.loops) + len(m.relations) + len(m.curves)
     if rows > MAX_ROWS:
         raise too_many_rows(m.name, rows)
     shapes = len(m.ground_shapes) + sum(len(b.shapes) for b in m.bodies)
@@ -59,6 +59,7 @@ def validate(m: Mechanism, closed: bool = True) -> None:
     _attachments(m)
     refuse_tilts(m.name, m.bodies, m.loops)
     _linear(m)
+    _curves(m)
     _masses(m)
     refuse_locks(m.name, m.relations)
     _size(m)
@@ -87,7 +88,7 @@ def _names(m: Mechanism) -> None:
     groups = {
         "body": [GROUND] + [b.name for b in m.bodies],
         "joint, shaft": [j.name for j in m.joints] + [s.name for s in m.shafts],
-        "loop, relation, spring": [*(x.name for x in m.loops), *(x.name for x in m.relations), *(x.name for x in m.springs)],
+        "loop, relation, curve, spring": [*(x.name for x in m.loops), *(x.name for x in m.couplings), *(x.name for x in m.springs)],
         "drive": [d.name for d in m.drives],
         "frame": [f.name for f in m.frames],
     }
@@ -255,6 +256,19 @@ def _linear(m: Mechanism) -> None:
             raise unknown(f"{m.name}: shaft {shaft.name!r}: body", shaft.body, bodies)
         if shaft.inertia > 0 or shaft.damping > 0:
             _one_path(m, shaft.name, [n for n, _ in shaft.coefficients])
+
+
+def _curves(m: Mechanism) -> None:
+    kinds = {j.name: j.kind for j in m.joints}
+    for relation in m.curves:
+        what = f"{m.name}: curve {relation.name!r}"
+        for name in (relation.output, relation.input):
+            if name not in kinds:
+                raise unknown(f"{what}: joint", name, kinds)
+            if kinds[name] == "spherical":
+                raise MechlabError(f"{what}: joint {name!r} is spherical and has no single angle.")
+        if relation.output == relation.input:
+            raise MechlabError(f"{what} couples joint {relation.input!r} to itself; give two joints.")
 
 
 def _one_path(m: Mechanism, shaft: str, names: list[str]) -> None:

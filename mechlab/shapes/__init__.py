@@ -11,7 +11,7 @@ from mechlab.mechanism import parts
 from mechlab.mechanism.geometry import IDENTITY, Placement
 from mechlab.mechanism.given import Number, si
 from mechlab.mechanism.parts import Color, Shape
-from mechlab.shapes import bevel, gears, joints, links, simple
+from mechlab.shapes import bevel, contours, gears, joints, links, simple
 from mechlab.shapes.build import Kind, Parameter, Times
 from mechlab.shapes.feature_edges import SplitMesh, split_at_edges, split_faces
 from mechlab.shapes.obj import obj_text, write_obj
@@ -25,7 +25,7 @@ __all__ = [
     "split_at_edges", "split_faces", "surface_mesh", "surface_text", "volume", "write_obj",
 ]  # fmt: skip
 
-_MODULES = (simple, links, joints, gears, bevel)
+_MODULES = (simple, links, joints, gears, bevel, contours)
 KINDS: Mapping[str, Kind] = MappingProxyType({kind.name: kind for module in _MODULES for kind in module.KINDS})
 
 MAX_COUNT = 2000

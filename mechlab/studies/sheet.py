@@ -74,7 +74,7 @@ def model_sheet(design: Design, checks: CheckReport, claims: ClaimReport, figure
         for x in figures:
             lines += _figure_lines(x)
     if claims.items:
-        rows = [(c.id, c.where, c.text, number(c.printed, 5), f.sentence) for _, c, f in claims.items]
+        rows = [(c.id, f"{c.source.label}, {c.where}", c.text, number(c.printed, 5), f.sentence) for _, c, f in claims.items]
         lines += [
             "## Claims of the source",
             "",

@@ -37,9 +37,9 @@ class Exhibit:
     moving: Mapping[str, Any] = field(default_factory=dict)
 
 
-def write_gallery(exhibits: Sequence[Exhibit], folder: Path) -> Path:
+def write_gallery(exhibits: Sequence[Exhibit], folder: Path, studies: Mapping[str, str] | None = None) -> Path:
     """Writes index.html, gallery.png (all pictures in one), and for each exhibit FOLDER/NAME/sheet.html and
-    picture.png. The pages run.html and explore.html that it links to are made elsewhere.
+    picture.png. The pages run.html and explore.html that it links to are made elsewhere, as are the pages of studies (file -> title).
 
     Returns the path of index.html. Raises CannotWrite.
     """
@@ -48,10 +48,11 @@ def write_gallery(exhibits: Sequence[Exhibit], folder: Path) -> Path:
         write(folder / exhibit.name / "sheet.html", sheet_page(exhibit))
     write(folder / "gallery.png", contact_sheet([(e.title, e.picture) for e in exhibits]))
     script = asset("gallery.js")
+    compared = "".join(f'<li><a href="{html.escape(f, quote=True)}">{html.escape(t)}</a></li>' for f, t in (studies or {}).items())
     digest = base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
     parts = {
         "style": asset("gallery.css"), "count": str(len(exhibits)), "cards": _sections(exhibits), "families": _families(exhibits),
-        "motions": _motions(exhibits), "script": script, "hash": digest,
+        "studies": f"<ul>{compared}</ul>" if compared else "", "motions": _motions(exhibits), "script": script, "hash": digest,
     }  # fmt: skip
     return write(folder / "index.html", _fill("gallery.html", parts))
 

@@ -8,7 +8,8 @@ the cheapest first, until a verdict is another or the claim cannot be computed a
 how many flipped a verdict, changed its words or numbers alone, or changed nothing (most of these are mutants in a branch that the
 claims do not enter, or that mean the same).
 
-%(measured)s
+2026-11-23, eight mutants each of planetary, gear_linkage, prosthetic_leg, class4_linkage (seed 0), delta6 and closed_differential (seed 1):
+28 flip a verdict, 3 its words and 2 its numbers alone (four of these five belong to claims that fail either way), 15 change nothing.
 """
 
 from __future__ import annotations

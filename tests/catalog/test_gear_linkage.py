@@ -27,8 +27,8 @@ from mechlab.cli import main
 from mechlab.engines.mujoco.runner import run
 from mechlab.engines.pinocchio.runner import run as run_pinocchio
 from mechlab.errors import NoSolution
+from mechlab.experiment.assembly_modes import ModeWatch
 from mechlab.experiment.entry import Verdict
-from mechlab.experiment.findings import ModeWatch
 from mechlab.experiment.scene import Settings
 from mechlab.mechanism import TreeKinematics, structure
 

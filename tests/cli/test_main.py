@@ -40,6 +40,7 @@ COMMANDS = {
     "modes": ["modes", "pendulum"],
     "stability": ["stability", "flyball"],
     "synthesize": ["synthesize", "planetary", "ratio=6"],
+    "compare": ["compare", "walking"],
     "optimize": ["optimize", "delta6"],
     "workspace": ["workspace", "delta6"],
     "doctor": ["doctor", "arm.xml"],

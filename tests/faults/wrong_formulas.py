@@ -107,7 +107,7 @@ def finding_of(claim: Claim) -> tuple[str, str, str]:
             found = claim.test()
     except (Exception, TooLong) as error:  # whatever a wrong formula leads to is seen by the user of `claims`
         return REFUSED, type(error).__name__, ""
-    said = {k: np.round(np.asarray(v), 9).tolist() for k, v in found.computed.items() if np.asarray(v).dtype.kind in "bif"}
+    said = {k: np.round(np.asarray(v, dtype=float), 9).tolist() for k, v in found.computed.items() if np.asarray(v).dtype.kind in "bif"}
     return found.verdict.value, found.sentence, str(said)
 
 

@@ -168,7 +168,7 @@ def ordinary(old, new):
         ("<robot/>", "root element is <robot>"),
         ('<mujoco><include file="x"/></mujoco>', "<include>: mechlab does not read"),
         ('<!DOCTYPE a [<!ENTITY b "c">]><mujoco/>', "declares entities"),
-        (ordinary("polycoef=\"0 2 0 0 0\"", 'polycoef="0 2 1 0 0"'), "<joint>: a nonlinear polycoef"),
+        (ordinary("polycoef=\"0 2 0 0 0\"", 'polycoef="1 2 1 0 0"'), "not assembled"),
         (ordinary("polycoef=\"0 2 0 0 0\"", 'polycoef="1 2 0 0 0"'), "not assembled"),
         (ordinary('joint2="twist"', 'joint2="twirl"'), "joint 'twirl' does not exist. Did you mean 'twist'"),
         (ordinary('name="elbow" class="fore"', 'name="elbow" class="four"'), "default class 'four' does not exist"),

@@ -50,6 +50,10 @@ SAMPLES: dict[str, dict[str, float]] = {
     "floor": {"x": 0.4, "y": 0.3},
     "rack": {"teeth": 8, "module": 0.004, "width": 0.02},
     "bevel_gear": {"teeth": 24, "module": 0.004, "pitch_angle": 0.9, "width": 0.022, "bore": 0.008},
+    "geneva_wheel": {"slots": 6, "center": 0.1, "pin": 0.004, "thickness": 0.01, "bore": 0.006},
+    "geneva_driver": {"slots": 6, "center": 0.1, "pin": 0.004, "thickness": 0.01, "bore": 0.006},
+    "disc_cam": {"base": 0.04, "lift": 0.02, "rise": 2.0, "top": 0.5, "fall": 1.5, "roller": 0.01, "thickness": 0.01, "bore": 0.008},
+    "oval": {"major": 0.05, "eccentricity": 0.5, "thickness": 0.01, "bore": 0.005},
 }
 VARIANTS: list[tuple[str, dict[str, float]]] = [
     *SAMPLES.items(),
@@ -69,6 +73,8 @@ VARIANTS: list[tuple[str, dict[str, float]]] = [
     ("spur_gear", {"teeth": 40, "module": 0.003, "width": 0.02, "web": 0.01}),
     ("spur_gear", {"teeth": 120, "module": 0.001, "width": 0.01, "bore": 0.008, "spokes": 6}),
     ("internal_gear", {"teeth": 30, "module": 0.002, "width": 0.016}),
+    ("geneva_wheel", {"slots": 3, "center": 0.1, "pin": 0.002, "thickness": 0.01}),
+    ("geneva_driver", {"slots": 16, "center": 0.1, "pin": 0.003, "thickness": 0.01}),
     ("bevel_gear", {"teeth": 12, "module": 0.004, "pitch_angle": 0.4, "width": 0.022}),
     ("bevel_gear", {"teeth": 60, "module": 0.002, "pitch_angle": 1.4, "width": 0.015, "bore": 0.01}),
 ]

@@ -83,6 +83,13 @@ def test_speed_is_the_slope_of_the_way_and_keeps_its_limits(law: SpeedLaw) -> No
     assert change.max() <= (law.acceleration or 0.0) * (1.0 + 1e-9) + 1e-9
 
 
+def test_without_braking_the_tool_leaves_at_its_speed(curve: str) -> None:
+    found = api.solve("bspline", curve=curve, speed=400.0, exit_speed=400.0, deceleration=1000.0)
+    for said in (found["analytic"], found["stepping"]):
+        assert said["duration"] == pytest.approx(LENGTH / 400.0, abs=1e-12) and said["end_rate"] == 400.0
+        assert said["end_gap"] < 1e-6
+
+
 def test_what_no_law_can_do(curve: str, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(NoSolution, match="takes 4.5 m, the way is only 4 m"):
         SpeedLaw(4.0, 3.0, 1.0)

@@ -20,7 +20,7 @@ from mechlab.shapes import shape
 MECHANISMS = (
     ("delta6", "full"), ("class4_linkage", None), ("platform_3rrr", None), ("bricard", None), ("planetary", "full"),
     ("gear_linkage", None), ("fourbar", None), ("quick_return", None), ("stephenson", None), ("fivebar", None),
-    ("slider_crank", None), ("lift", None),
+    ("slider_crank", None), ("lift", None), ("cam_follower", None), ("geneva", None),
 )  # fmt: skip
 """Names and fidelities (None: the default); "lift" is `lift()`."""
 

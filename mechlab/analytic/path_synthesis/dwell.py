@@ -27,7 +27,7 @@ POINTS = np.array([r * np.exp(1j * a) for r in (0.6, 1.0, 1.5, 2.2) for a in np.
 """Coupler points of the atlas, in couplers."""
 ARCS, TRIED, REFINED = 80, 26, 6
 """Arcs that get an output pivot; six-bars that are moved a few rounds; those that are refined to the end."""
-ROUNDS = 10, 50
+ROUNDS = 10, 40
 """Rounds of the first search and of the last."""
 
 

@@ -35,6 +35,8 @@ EXACT = 1e-9
 """Largest distance from a point, relative to the extent of the points, of a linkage that passes through it."""
 DENSE = 361
 """Crank angles at which a linkage is followed from the first point to the last."""
+OVER = np.radians(15.0)
+"""What the crank may turn beyond a full turn, at the end of a closed path."""
 RATIOS = (-1, 1, -2, 2)
 """Gear ratios of five-bars that are tried, second crank to first."""
 
@@ -107,19 +109,19 @@ def path_fourbars(task: PathTask) -> tuple[PathLinkage, ...]:
     few = np.unique(np.linspace(0, first[-1], SUITED).round().astype(int)) if len(first) > SUITED else first
     part = replace(task, targets=task.targets[few], timing=None if task.timing is None else task.timing[few])
     begun = _joined([_begun(part, t) for t in _timings(part)])
-    if not task.timed:
-        begun = _best(fit(part.targets, begun, 0.0, FOURBAR, False, task.limits, 12), task, 2 * KEPT)
+    begun = fit(part.targets, begun, 0.0, FOURBAR, task.timed, task.limits, 30 if task.timed else 12)
+    begun = _best(begun, task, int(np.clip(2400 // len(first), 16, 2 * KEPT)))
     angles = np.array([np.interp(first, few, a) for a in begun.angles]).reshape(-1, len(first))
     if task.timing is not None:
         angles = np.broadcast_to(task.timing, angles.shape)
     done = fit(task.targets, replace(begun, angles=angles), 0.0, FOURBAR, task.timed, task.limits, 60)
-    done = fit(task.targets, _best(done, task, KEPT // 2), 0.0, FOURBAR, task.timed, task.limits, 300)
+    done = fit(task.targets, _best(done, task, int(np.clip(600 // len(first), 6, KEPT // 2))), 0.0, FOURBAR, task.timed, task.limits, 300)
     return _ordered([_judged(f, 0, task) for f in _rows(_best(done, task, KEPT))], task)
 
 
 def path_fivebars(task: PathTask, base: Sequence[PathLinkage]) -> tuple[PathLinkage, ...]:
     """Geared five-bars that grow from four-bars: from each, a small second crank in four directions, in each of the ratios."""
-    chosen = [f for f in base if not f.defect][:8]
+    chosen = [f for f in base if not f.defect][: int(np.clip(500 // len(task.targets), 2, 8))]
     if not chosen:
         return ()
     rows = np.repeat([f.row for f in chosen], 4, axis=0)
@@ -144,10 +146,14 @@ def _timings(task: PathTask) -> Iterable[Array]:
         return [task.timing]
     steps = np.abs(np.diff(task.targets))
     even, way = np.linspace(0.0, 1.0, len(task.targets)), np.concatenate([[0.0], np.cumsum(steps) / np.sum(steps)])
-    shares = [way] if np.max(np.abs(way - even)) < 0.03 else [way, 0.5 * (way + even)]
+    shares = [way] if np.max(np.abs(way - even)) < 0.03 else [way, 0.5 * (way + even), even]
     # at the ends of a stroke a crank turns further for the same way than in its middle
     shares.append(np.arccos(np.clip(1.0 - 2.0 * way, -1.0, 1.0)) / np.pi)
-    return [sign * turn * share for share in shares for turn in TURNS for sign in (1.0, -1.0)]
+    gap, whole = abs(task.targets[-1] - task.targets[0]), float(np.sum(steps))
+    # the ends of a closed path are as near as its other points: then the crank makes a turn, less their gap
+    closed = len(steps) > 6 and gap < 2.0 * float(np.max(steps))
+    turns = [2.0 * np.pi * whole / (whole + gap)] if closed else TURNS
+    return [sign * turn * share for share in shares for turn in turns for sign in (1.0, -1.0)]
 
 
 def _begun(task: PathTask, t: Array) -> Fitted:
@@ -209,7 +215,7 @@ def _judged(found: Found, ratio: int, task: PathTask, near: float = 1.0) -> Path
     assembles = bool(np.all(np.isfinite(path.margin)))
     # a four-bar that meets one of five points in its other mode closes there, but elsewhere
     reached = assembles and bool(np.max(distances) <= near * task.extent)
-    ordered = bool(np.ptp(np.sign(np.diff(t))) == 0.0 and np.ptp(t) <= 2.0 * np.pi)
+    ordered = bool(np.ptp(np.sign(np.diff(t))) == 0.0 and np.ptp(t) <= 2.0 * np.pi + OVER)
     least = float(np.arcsin(np.clip(np.min(np.abs(path.margin)), 0.0, 1.0))) if assembles else 0.0
     defect = ("" if ordered else "order") if reached else "branch"
     return PathLinkage(row, mode, ratio, t, distances, least, bool(np.all(np.isfinite(round_.margin))), defect)

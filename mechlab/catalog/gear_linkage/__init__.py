@@ -19,6 +19,7 @@ from mechlab.catalog.gear_linkage.build import (
 )
 from mechlab.catalog.gear_linkage.checks import CHECKS
 from mechlab.catalog.gear_linkage.claims import CLAIMS
+from mechlab.catalog.gear_linkage.figures import FIGURES
 from mechlab.catalog.gear_linkage.questions import QUESTIONS
 from mechlab.experiment.entry import Entry, PlotRecipe
 
@@ -43,6 +44,7 @@ ENTRY = Entry(
     questions=QUESTIONS,
     checks=CHECKS,
     claims=CLAIMS,
+    figures=FIGURES,
     reference=reference,
     channels={"output_held": ("rad", output_held)},
     warnings=warnings,

@@ -8,9 +8,9 @@ import numpy as np
 
 from mechlab.analytic.impulse import Impulse, periodic_orbit
 from mechlab.catalog.impulse_transmission.claims import LEDGER
-from mechlab.catalog.impulse_transmission.questions import closed_cycle
+from mechlab.catalog.impulse_transmission.questions import closing
 from mechlab.catalog.impulse_transmission.ratio import AXES, CANDIDATES, fits
-from mechlab.catalog.impulse_transmission.scenes import FIGURE_7, SPEED, beta_at_constant_speed, of_scene, simulate
+from mechlab.catalog.impulse_transmission.scenes import FIGURE_7, SPEED, at_constant_speed, of_scene, simulate
 from mechlab.catalog.impulse_transmission.torque import best_load
 from mechlab.kit.claims import (
     Evidence,
@@ -41,8 +41,9 @@ def figures_2_and_3() -> Evidence:
     for name in ("fig2", "fig2-swapped"):
         p = of_scene(name)
         y = simulate(p, np.array([0.0, 0.08, 0.45]), 1e-7)[0]
+        times, beta, _ = at_constant_speed(p, 0.45)
         for k, t in ((1, 0.08), (2, 0.45)):
-            constant = beta_at_constant_speed(p, t)
+            constant = float(np.interp(t, times, beta))
             computed[f"{name}: beta at {t} s, with motor and at constant speed [rad]"] = [float(y[k, 1]), constant]
             gaps.append(abs(float(y[k, 1]) - constant))
     for fit in fits():
@@ -63,7 +64,8 @@ def figure_4() -> Evidence:
     p = of_scene("fig4")
     y = simulate(p, np.linspace(0.0, 1.0, 2001), 1e-7)[0]
     early, late = y[:601, 1], y[1400:, 1]
-    constant = beta_at_constant_speed(p, 0.3)
+    times, beta, _ = at_constant_speed(p, 0.3)
+    constant = float(np.interp(0.3, times, beta))
     return evidence({
         "analytic: range of beta in 0.3 s [rad]": [float(early.min()), float(early.max())],
         "analytic: range of beta from 0.7 s to 1 s [rad]": [float(late.min()), float(late.max())],
@@ -159,7 +161,7 @@ def torque_transformation() -> Evidence:
     means, shares = [], []
     for M0, M1 in TORQUES:
         i = Impulse(M0=M0, M1=M1)
-        run = closed_cycle(i, SPEED)
+        run = closing(i, SPEED, plain=3)
         assert run is not None
         # The shaft does not stick here: its friction is M1 forward and -M1 back.
         output = M0 + M1 * (run.forward_time - run.return_time) / (run.forward_time + run.return_time)

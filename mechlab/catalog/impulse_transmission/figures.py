@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from mechlab.analytic.impulse import (
-    ConstantSpeed,
     Impulse,
     constant_speed_acceleration,
     harmonic_motion,
@@ -20,10 +19,9 @@ from mechlab.analytic.impulse.regime import motion
 from mechlab.catalog.bibliography import ALYUKOV
 from mechlab.catalog.impulse_transmission.build import Parameters
 from mechlab.catalog.impulse_transmission.ratio import AXES, CANDIDATES, fits
-from mechlab.catalog.impulse_transmission.scenes import FIGURE_7, SPEED, of_scene, simulate
+from mechlab.catalog.impulse_transmission.scenes import FIGURE_7, SPEED, at_constant_speed, of_scene, simulate
 from mechlab.catalog.impulse_transmission.torque import best_load, over_load
 from mechlab.experiment.figure import Curve, Drawing, Note, Panel, Reading, SourceFigure
-from mechlab.integrate import integrate_hybrid
 from mechlab.kit.portrait import flow, section
 from mechlab.mechanism.geometry import Array
 
@@ -38,15 +36,6 @@ def _ticks(low: float, high: float, step: float) -> tuple[float, ...]:
 BETA, RATE, TIME = "beta [rad]", "beta' [rad/s]", "t [s]"
 TOLERANCE = 1e-7
 """Of the integrations: far below the width of a line."""
-
-
-def at_constant_speed(p: Parameters, duration: float) -> tuple[Array, Array, Array]:
-    """Times, beta and beta' (n,) when the input keeps its initial speed, with dry friction, up to `duration` [s]."""
-    i, w = p.impulse, p.alpha_rate_0
-    psi = i.q * (p.alpha_0 - p.beta_0) + np.linspace(0.0, 1.2 * i.q * w * duration, 4 * SAMPLES)
-    done = integrate_hybrid(ConstantSpeed(i, w), [p.beta_0, p.beta_rate_0, 0.0, 0.0], psi, rtol=TOLERANCE, atol=1e-2 * TOLERANCE)
-    beta, rate, t = done.y[done.y[:, 2] <= duration][:, :3].T
-    return t, beta, rate
 
 
 def _both(p: Parameters, duration: float, label: str, color: int) -> dict[str, tuple[Curve, Curve]]:

@@ -153,19 +153,12 @@ def of_scene(name: str) -> Parameters:
     return Parameters(**SCENES[name].overrides)
 
 
-def beta_at_constant_speed(p: Parameters, duration: float) -> float:
-    """beta at the end [rad] when the input keeps its initial speed."""
+def at_constant_speed(p: Parameters, duration: float, tolerance: float = 1e-8) -> tuple[Array, Array, Array]:
+    """Times [s], beta and beta' (n,) when the input keeps its initial speed, with dry friction, densely up to `duration` [s]."""
     i, w = p.impulse, p.alpha_rate_0
-    psi = i.q * (p.alpha_0 - p.beta_0)
-    # psi runs over the event integration; the time that belongs to it is a state, so that the end is found by refining.
-    grid = psi + np.linspace(0.0, i.q * (w + 60.0) * duration, 2001)
-    done = integrate_hybrid(ConstantSpeed(i, w), [p.beta_0, p.beta_rate_0, 0.0, 0.0], grid, rtol=1e-11, atol=1e-13)
-    k = int(np.searchsorted(done.y[:, 2], duration))
-    state, end = done.y[k], float(grid[k])
-    for _ in range(6):  # Newton's method: dpsi/dt = q (w - beta')
-        step = i.q * (w - float(state[1])) * (duration - float(state[2]))
-        if abs(step) < 1e-13 * end:
-            break
-        end += step
-        state = integrate_hybrid(ConstantSpeed(i, w), done.y[k - 1], [grid[k - 1], end], rtol=1e-11, atol=1e-13).last_y
-    return float(state[0])
+    # psi runs over the event integration; the time that belongs to it is a state
+    psi = i.q * (p.alpha_0 - p.beta_0) + np.linspace(0.0, 1.2 * i.q * w * duration, 3201)
+    done = integrate_hybrid(ConstantSpeed(i, w), [p.beta_0, p.beta_rate_0, 0.0, 0.0], psi, rtol=tolerance, atol=1e-2 * tolerance)
+    last = int(np.searchsorted(done.y[:, 2], duration)) + 1
+    beta, rate, t = done.y[:last, :3].T
+    return t, beta, rate

@@ -18,6 +18,7 @@ import numpy as np
 from mechlab.analytic import planetary_synthesis as closed_form
 from mechlab.catalog.bibliography import PLANETARY
 from mechlab.catalog.planetary.claims import CLAIMS
+from mechlab.catalog.planetary.figures import FIGURES
 from mechlab.errors import MechlabError
 from mechlab.experiment.entry import Check, CheckResult, PlotRecipe
 from mechlab.experiment.parameters import parameter
@@ -266,6 +267,7 @@ ENTRY = MOTION.entry(
     questions=QUESTIONS,
     checks=CHECKS,
     claims=CLAIMS,
+    figures=FIGURES,
     expand=expand_by(build, _angles),
     chain="2A-AA epicyclic, series planets",
     formulas="w_sun = (1 + z4 / z1) w_carrier; planet 3 turns against the carrier by z4 / z3, planet 2 by -z4 / z2.",

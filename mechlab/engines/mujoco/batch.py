@@ -18,6 +18,7 @@ from mujoco import rollout
 
 from mechlab.engines.mujoco.batch_health import BatchHealth, Course
 from mechlab.engines.mujoco.control import compiling, engine
+from mechlab.engines.mujoco.curve_rows import NO_ROLLOUT
 from mechlab.engines.mujoco.drive import engage, engaged
 from mechlab.engines.mujoco.findings import GAP_KINDS, masses_finding
 from mechlab.engines.mujoco.model import Indices, MujocoMap
@@ -80,6 +81,7 @@ def why_not_together(mechanism: Mechanism, scene: Scene, settings: Settings) -> 
     reasons = {
         f"the engine of the scene is {settings.engine}": settings.engine != "mujoco",
         f"the scene has laws that Python evaluates ({', '.join(dict.fromkeys(others))})": bool(others),
+        NO_ROLLOUT: bool(mechanism.curves),
         "there is dry friction": any(x.friction for x in parts),
         "there are springs with a range": any(s.range is not None for s in mechanism.springs),
         "there are spherical joints with a range": any(j.nv != 1 and j.range is not None for j in mechanism.joints),

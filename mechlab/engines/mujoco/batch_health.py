@@ -18,8 +18,9 @@ from mechlab.engines.mujoco.findings import GAP_KINDS, LoopWatch
 from mechlab.engines.mujoco.model import Indices, MujocoMap
 from mechlab.engines.mujoco.passive_laws import passive_laws
 from mechlab.engines.state import RATE_LIMIT
+from mechlab.experiment.assembly_modes import mode_signs
 from mechlab.experiment.energy import CREEP, ENERGY_LIMIT, NOTHING, STANDSTILL, kinetic_energy
-from mechlab.experiment.findings import GAP_LIMIT, mode_signs, open_loop_finding, row_kinds
+from mechlab.experiment.findings import GAP_LIMIT, open_loop_finding, row_kinds
 from mechlab.experiment.laws import Servo
 from mechlab.experiment.recording import limit_finding
 from mechlab.experiment.scene import Scene, Settings
@@ -67,7 +68,7 @@ class BatchHealth:
         self.dampers += [(x.on, x.damping) for x in passive_laws(scene.laws, settings).values() if x.damping]
         self.balls = np.array([j.damping if j.nv != 1 else 0.0 for j in m.joints for _ in range(j.nv)])
         self.limit, self.nq = LoopWatch(map_).limit, model.nq
-        self.rows = _Rows(m) if m.loops or m.relations else None
+        self.rows = _Rows(m) if m.is_closed else None
         self.kinds = {} if self.rows is None else {k: at for k, at in self.rows.kinds.items() if len(at)}
         self.springs = {_sensor(model, f"rate:{x.name}"): x.damping for x in m.springs if x.damping}
         self.gaps = {x.name: _sensor(model, f"gap:{x.name}") for x in m.loops if x.kind in GAP_KINDS}
@@ -145,7 +146,7 @@ class BatchHealth:
     def _mode_changes(self, q: Array) -> Array:
         """(n,) how often the sign of the mode changes along the looked-at poses q (n, m, nq)."""
         finite = np.where(np.isfinite(q), q, 0.0)
-        signs = mode_signs(self.mechanism, finite.reshape(-1, q.shape[2]), self.scene.keep_mode).reshape(q.shape[:2])
+        signs = mode_signs(self.mechanism, finite, self.scene.keep_mode)
         return np.array([np.count_nonzero(np.diff(x[x != 0])) for x in signs], dtype=float)
 
     def _unaccounted(self, course: Course) -> Array:

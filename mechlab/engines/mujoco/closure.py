@@ -8,6 +8,8 @@ The engine's rows (efc_J) have no dJ/dt v. The rows here span the same space and
     spatial tendon   the distance of two sites is constant:    J = e (jacp_2 - jacp_1), b = |d' across e|^2/|d| + e b_12
                      with d between the sites, e = d / |d|; the engine itself leaves b out of its distance rows
 
+    joint            q_1 - (c0 + c1 q_2 + c2 q_2^2 + ...) = 0:        J = e_1 - p' e_2,  b = -p'' v_2^2
+
 Connectors: MuJoCo closes a loop by `connect` or `weld` only. A loop that is a prismatic, cylindrical or universal joint becomes a
 small body that hangs on one side of the loop with the joints of that kind, and is welded to the other side. Its
 coordinates do not belong to the Mechanism; in an assembled pose they follow in closed form from the pose of the weld.
@@ -52,6 +54,7 @@ class Closure:
         fixed: list[Array] = []
         tendons: list[int] = []
         pairs: list[int] = []
+        self.joints: list[int] = []
         for k in range(self.model.neq):
             kind = self.model.eq_type[k]
             if kind == mujoco.mjtEq.mjEQ_TENDON:
@@ -61,17 +64,20 @@ class Closure:
                     tendons.append(k)
                     continue
                 self._pairs.append(pair)
+            elif kind == mujoco.mjtEq.mjEQ_JOINT:
+                self.joints.append(k)
+                continue
             elif self.model.eq_objtype[k] == mujoco.mjtObj.mjOBJ_SITE:
                 one, two = int(self.model.eq_obj1id[k]), int(self.model.eq_obj2id[k])
                 self._pairs.append(_site_pair(self.model, one, two, bool(kind == mujoco.mjtEq.mjEQ_WELD)))
             else:
                 name = mujoco.mj_id2name(self.model, mujoco.mjtObj.mjOBJ_EQUALITY, k)
-                raise MechlabError(f"the MuJoCo model: equality {name!r} is neither of sites nor of a tendon.")
+                raise MechlabError(f"the MuJoCo model: equality {name!r} is neither of sites nor of joints nor of a tendon.")
             pairs.append(k)
             self._pair_of[k] = self._pairs[-1]
         rows = [1] * len(fixed) + [1 if p.distance else 6 if p.turns else 3 for p in self._pairs]
-        ends = np.cumsum([0, *rows])
-        self.slices = {k: slice(a, b) for k, a, b in zip(tendons + pairs, ends, ends[1:], strict=False)}
+        ends = np.cumsum([0, *rows, *[1 for _ in self.joints]])
+        self.slices = {k: slice(a, b) for k, a, b in zip(tendons + pairs + self.joints, ends, ends[1:], strict=False)}
         """Equality of the engine -> its rows here."""
         self._fixed = np.array(fixed).reshape(len(fixed), self.model.nv)
         self._buffer = [np.zeros((3, self.model.nv)) for _ in range(8)]  # the engine writes into them
@@ -87,7 +93,7 @@ class Closure:
         `data` must have been evaluated at its position and velocity (mj_fwdPosition, mj_fwdVelocity), as it is in a
         control callback and after mj_forward.
         """
-        if not self._pairs:
+        if not (self._pairs or self.joints):
             return self._fixed.copy(), np.zeros(len(self._fixed))
         blocks: list[Array] = [self._fixed]
         biases: list[Array] = [np.zeros(len(self._fixed))]
@@ -115,7 +121,24 @@ class Closure:
             if pair.turns:
                 blocks.append(r2 - r1)
                 biases.append((dr2 - dr1) @ v)
+        for k in self.joints:
+            row, bias = joint_row(model, data, k)
+            blocks.append(row[None, :])
+            biases.append(np.array([bias]))
         return np.concatenate(blocks), np.concatenate(biases)
+
+
+def joint_row(model: mujoco.MjModel, data: mujoco.MjData, equality: int) -> tuple[Array, float]:
+    """(engine nv,) J and b of a joint equality: its polynomial at the present coordinates."""
+    one, two = int(model.eq_obj1id[equality]), int(model.eq_obj2id[equality])
+    row = np.zeros(model.nv)
+    row[model.jnt_dofadr[one]] = 1.0
+    if two < 0:
+        return row, 0.0
+    adr = int(model.jnt_qposadr[two])
+    x, v, c = float(data.qpos[adr] - model.qpos0[adr]), float(data.qvel[model.jnt_dofadr[two]]), model.eq_data[equality, :5]
+    row[model.jnt_dofadr[two]] = -(c[1] + x * (2.0 * c[2] + x * (3.0 * c[3] + x * 4.0 * c[4])))
+    return row, float(-(2.0 * c[2] + x * (6.0 * c[3] + x * 12.0 * c[4])) * v * v)
 
 
 def _site_pair(model: mujoco.MjModel, one: int, two: int, turns: bool, distance: bool = False) -> _Pair:

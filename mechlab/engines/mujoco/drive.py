@@ -1,4 +1,4 @@
-"""The laws of a scene, acting on a MuJoCo run inside the engine's control callback."""
+"""The laws of a scene, and the rows of curves, on a MuJoCo run inside the engine's control callback."""
 
 from __future__ import annotations
 
@@ -52,6 +52,7 @@ class Driver:
         data = self._data = plant.data
         self._qfrc, self._qvel, self._qpos = data.qfrc_applied, data.qvel, data.qpos
         self._option = plant.model.opt
+        self.curves = plant.map.curves
         self.targets = tuple(dict.fromkeys(name for law in laws for name in law.targets()))
         self._forces, self._held_forces = np.zeros(0), np.zeros(0)
         self._work = 0.0
@@ -76,11 +77,13 @@ class Driver:
     @property
     def called(self) -> bool:
         """Whether the engine must call it while it steps."""
-        return bool(self.laws) and not self.at_once
+        return bool(self.curves) or (bool(self.laws) and not self.at_once)
 
     def afterwards(self, steps: Grid, judged: bool) -> AfterRun | None:
         """What tells forces and work from the states of a run, so that no call is needed; None where the calls have to. judged: whether
         somebody asks for the work."""
+        if self.curves:
+            return None
         if self.at_once or not self.laws:
             return ConstantLoads(self.plant.map, self.forces)
         if self.held is None or self.applied.laws or not self.held.steady:
@@ -114,6 +117,8 @@ class Driver:
 
     def push(self) -> None:
         """One evaluation that keeps no account of forces and work, for runs of which states alone are kept."""
+        if self.curves:
+            self.curves.put(self._data)
         count_work(self._price)
         laws, t = self.applied, self._data.time
         if self._remembers:
@@ -143,6 +148,8 @@ class Driver:
     def __call__(self) -> None:
         """One evaluation: the engine's state is current, its forces are not computed yet. `sampling`: for the record; `leads`: the
         next step goes on from it, so that it is the first stage of that step too."""
+        if self.curves:
+            self.curves.put(self._data)
         count_work(self._price)
         counts = self.leads or not self.sampling
         t = self._data.time

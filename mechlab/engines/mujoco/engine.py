@@ -87,7 +87,7 @@ class Mujoco(Engine):
         """Refuses LSODA for all but smooth trees, and hard rows where there are no loops, gears or dry friction."""
         if settings.integrator == "LSODA":
             return why_no_smooth_tree(mechanism, scene.laws)
-        if constraints == "hard" and not (mechanism.loops or mechanism.relations or is_rough(mechanism)):
+        if constraints == "hard" and not (mechanism.is_closed or is_rough(mechanism)):
             return "nothing to harden: it has no loops, no gears, no dry friction"
         return ""
 

@@ -3,6 +3,7 @@ recursion.
 
     connect, and the offset of a weld     efc_J, as it is
     rotation of a weld                    the axes of all rates that move one of the two bodies alone (cdof)
+    joint                                 as in `Closure`
     tendon                                efc_J; a spatial one has b = (|d'|^2 - d_length'^2) / length + e b_12 (see `Closure`)
 
 b_12 is the relative acceleration of the two sites for qacc = 0, by mj_rnePostConstraint. Signs are those of efc_J: first minus second
@@ -14,7 +15,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from mechlab.engines.mujoco.closure import Closure
+from mechlab.engines.mujoco.closure import Closure, joint_row
 from mechlab.mechanism.geometry import Array
 
 SITE = int(mujoco.mjtObj.mjOBJ_SITE)
@@ -29,6 +30,7 @@ class EngineRows:
         self.model = model
         self._kept = np.zeros(model.nv)
         self._sites: list[int] = []
+        self._joints: list[tuple[int, int]] = []
         self._distances: list[tuple[int, int, int, int, int]] = []
         self._turning: list[tuple[slice, Array]] = []
         places: list[tuple[int, int]] = []  # row of b, and the number of the acceleration of the first site
@@ -39,8 +41,11 @@ class EngineRows:
             rows = closure.slices[k]
             count = rows.stop - rows.start
             self._order += range(rows.start, rows.stop)
-            tendon = model.eq_type[k] == mujoco.mjtEq.mjEQ_TENDON
+            joint = model.eq_type[k] == mujoco.mjtEq.mjEQ_JOINT
+            tendon = joint or model.eq_type[k] == mujoco.mjtEq.mjEQ_TENDON
             self._signs += [1.0 if tendon else -1.0] * count
+            if joint:
+                self._joints.append((at, k))
             first, ends = 6 * len(self._sites), closure.ends_of_distance(k)
             if not tendon:
                 one, two = int(model.eq_obj1id[k]), int(model.eq_obj2id[k])
@@ -82,7 +87,10 @@ class EngineRows:
             axes = data.cdof[:, :3].T
             for turn, moved_alone in self._turning:
                 np.multiply(axes, moved_alone, jacobian[turn])
-        return jacobian, self._bias(data) if self._calls else np.zeros(count)
+        bias = self._bias(data) if self._calls else np.zeros(count)
+        for row, equality in self._joints:
+            jacobian[row], bias[row] = joint_row(self.model, data, equality)
+        return jacobian, bias
 
     def _bias(self, data: mujoco.MjData) -> Array:
         model, kept, qacc, acceleration = self.model, self._kept, data.qacc, mujoco.mj_objectAcceleration

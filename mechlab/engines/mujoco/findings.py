@@ -138,7 +138,7 @@ def health(
     if blow_up is not None:
         out.append(_blown(mechanism, blow_up, scene, settings))
     out += kinematic_findings(mechanism, q[some], v[some], keep_mode=scene.keep_mode)
-    if mechanism.relations:
+    if mechanism.couplings:
         out += lag_findings(mechanism, scene, settings)
         out.append(_slip(*samples.slip[:2], scene.tolerance))
     lost = dissipation(mechanism, q, v)

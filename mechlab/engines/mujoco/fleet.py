@@ -15,6 +15,7 @@ from mujoco.batch import Batch, SimulationError
 from numpy.typing import ArrayLike, NDArray
 
 from mechlab.engines.mujoco.control import engine
+from mechlab.engines.mujoco.curve_rows import NO_ROLLOUT
 from mechlab.engines.mujoco.engine_warnings import words_of
 from mechlab.engines.mujoco.step_loop import StepLoop
 from mechlab.engines.mujoco.step_watch import BLOCK
@@ -32,6 +33,8 @@ class Fleet:
             raise MechlabError(f"{s.mechanism.name}: count: expected at least 1 simulation, got {count!r}.")
         if threads < 0:
             raise MechlabError(f"{s.mechanism.name}: threads: expected 0 (all cores) or more, got {threads!r}.")
+        if s.mechanism.curves:
+            raise MechlabError(f"{s.mechanism.name}: no simulations side by side: {NO_ROLLOUT}. Take single sessions.")
         moving = [law for law in s.scene.laws if law.kind != "constant"]
         if moving:
             raise MechlabError(

@@ -12,6 +12,7 @@ import numpy as np
 
 from mechlab.engines.mujoco.closure import Connector, equality_jacobian, find_connectors
 from mechlab.engines.mujoco.control import compiling, engine
+from mechlab.engines.mujoco.curve_rows import CurveRows
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Settings
 from mechlab.formats.mjcf.write import to_mjcf
@@ -111,6 +112,7 @@ class MujocoMap:
         self._square = None if np.array_equal(self.dof, np.arange(model.nv)) else np.ix_(self.dof, self.dof)
         self.other_dof: Indices = np.setdiff1d(np.arange(model.nv), self.dof)
         self._mass = np.zeros((model.nv, model.nv))
+        self.curves = CurveRows(mechanism, model)
         self._scratch: mujoco.MjData | None = None
 
     @cached_property
@@ -120,11 +122,11 @@ class MujocoMap:
 
     @cached_property
     def equalities(self) -> dict[str, tuple[int, ...]]:
-        """Loop or relation -> the engine's equality constraints that stand for it."""
+        """Loop, relation or curve -> the engine's equality constraints that stand for it."""
         model = self.model
         names = {mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_EQUALITY, k): k for k in range(model.neq)}
         out: dict[str, tuple[int, ...]] = {}
-        for wanted in [x.name for x in self.mechanism.loops] + [x.name for x in self.mechanism.relations]:
+        for wanted in [*(x.name for x in self.mechanism.loops), *(x.name for x in self.mechanism.couplings)]:
             found = [names[name] for name in (wanted, axis_name(wanted)) if name in names]
             if not found:
                 raise unknown(f"{self.mechanism.name}: equality of the MuJoCo model", wanted, names)

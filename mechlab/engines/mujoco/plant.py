@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.engines.mujoco.closure import Closure, equality_rows
-from mechlab.engines.mujoco.control import engine
+from mechlab.engines.mujoco.curve_rows import evaluating
 from mechlab.engines.mujoco.engine_rows import EngineRows
 from mechlab.engines.mujoco.model import MujocoMap, passive, to_mujoco
 from mechlab.errors import unknown
@@ -204,7 +204,7 @@ class StateOfMujoco(MujocoPlant):
         data.qpos[:] = self.map.engine_coordinates(np.asarray(q, dtype=float))
         rates = np.zeros(self.mechanism.nv) if v is None else np.asarray(v, dtype=float)
         data.qvel[:] = self.map.engine_rates(data.qpos, rates)
-        with engine():
+        with evaluating(self.map.curves, data):
             mujoco.mj_forward(self.model, data)
         return self
 
@@ -302,6 +302,7 @@ class MujocoSmallMotions:
         data = self.data
         data.qpos[:] = x
         data.qvel[:] = 0.0 if v is None else v
+        self.map.curves.place(data.qpos)
         mujoco.mj_fwdPosition(self.model, data)
         mujoco.mj_fwdVelocity(self.model, data)
         return data

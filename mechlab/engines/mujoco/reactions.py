@@ -46,8 +46,8 @@ class Reactions:
     """Keeps what a run needs of each evaluated state (after mj_forward), and reads from all of them accelerations, and the
     reactions of relations and loops.
 
-    Channels: RELATION_load, conjugate to the relation's sum [N m, or N: its first joint slides]; LOOP_fx _fy _fz [N]
-    and LOOP_mx _my _mz [N m] on body b at its end of the loop, world axes; no moments for spherical loops. LOOP_load
+    Channels: RELATION_load, conjugate to the relation's sum [N m, or N: its first joint slides]; CURVE_load on its output;
+    LOOP_fx _fy _fz [N] and LOOP_mx _my _mz [N m] on body b at its end of the loop, world axes; no moments for spherical loops. LOOP_load
     [N] of a distance loop pushes its ends apart. A mechanism with a distance loop is read by `ExactDynamics`, which
     gives the loads of relations, distance loops and spherical loops. Rows that repeat others share their load equally:
     in an overconstrained mechanism this says how the engine shares it, no more.
@@ -56,7 +56,7 @@ class Reactions:
     def __init__(self, map_: MujocoMap) -> None:
         self.map, self.model = map_, map_.model
         m = map_.mechanism
-        self.relations = tuple(x.name for x in m.relations)
+        self.relations = tuple(x.name for x in m.couplings)
         self.distances = tuple(x.name for x in m.loops if x.kind == "distance")
         kept = ("spherical",) if self.distances else tuple(k for k in LOOP_ROWS if k != "distance")
         self._loops = [self._reader(x) for x in m.loops if x.kind in kept]
@@ -67,6 +67,7 @@ class Reactions:
         far = [site for r in self._loops if r.lever is not None for site in r.lever]
         self._sites = sorted({*far, *(r.site_b for r in self._loops if r.connector >= 0 or r.loop.kind == "fixed")})
         self.units: dict[str, str] = {f"{x.name}_load": "N" if x.coefficients[0][0] in m.slides else "N m" for x in m.relations}
+        self.units |= {f"{x.name}_load": "N" if x.output in m.slides else "N m" for x in m.curves}
         self.units |= {f"{name}_load": "N" for name in self.distances}
         for reader in self._loops:
             self.units |= {f"{reader.loop.name}_{k}": "N" for k in FORCES}
@@ -245,6 +246,7 @@ class InverseDynamicsSolver:
             extra[self.map.dof] = np.asarray(load, dtype=float)
         data.qpos[:] = self.map.engine_coordinates(np.asarray(q, dtype=float))
         data.qvel[:] = self.map.engine_rates(data.qpos, np.asarray(v, dtype=float))
+        self.map.curves.place(data.qpos)
         got = []
         for force in (0.0, 1.0):
             data.qfrc_applied[:] = extra + force * row

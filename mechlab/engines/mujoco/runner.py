@@ -19,7 +19,7 @@ from mechlab.engines.mujoco.samples import RunSamples
 from mechlab.engines.mujoco.sparse import sparse_is_right, sparse_steps
 from mechlab.engines.mujoco.stepping import Grid, advance, grid, sparsely
 from mechlab.errors import MechlabError, unknown
-from mechlab.experiment.findings import ModeWatch
+from mechlab.experiment.assembly_modes import ModeWatch
 from mechlab.experiment.recording import Cost, Health, Recording
 from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Scene, Settings, initial_state
 from mechlab.mechanism.model import Mechanism

@@ -51,6 +51,7 @@ class MujocoCloser:
     def place(self, x: Array) -> None:
         """Move to the engine's coordinates and evaluate positions and constraint rows."""
         self.data.qpos[:] = x
+        self.map.curves.place(x)
         mujoco.mj_fwdPosition(self.model, self.data)
 
     def evaluate(self, q: Array, targets: Sequence[Any]) -> tuple[Array, Array]:
@@ -75,7 +76,8 @@ class MujocoCloser:
         now = list(self.targets.now(self.data).values())
         held = np.zeros((len(rows := held_rows(self.mechanism, self.names)), self.model.nv))
         held[:, self.map.dof] = rows
-        return NewtonSteps(self.evaluate(x, now)[1], held)
+        rows = self.evaluate(x, now)[1]
+        return NewtonSteps(rows, held, int(self.data.ne))
 
 
 def kept_closer(mechanism: Mechanism, names: tuple[str, ...]) -> MujocoCloser:
@@ -143,6 +145,7 @@ class MujocoState:
     def move(self, x: Array, u: Array) -> None:
         """Move to the engine's coordinates and rates."""
         self.data.qpos[:], self.data.qvel[:] = x, u
+        self.map.curves.place(x)
         mujoco.mj_fwdPosition(self.model, self.data)
         mujoco.mj_fwdVelocity(self.model, self.data)
 

@@ -27,7 +27,7 @@ def sparse_is_right(model: mujoco.MjModel, data: mujoco.MjData) -> bool:
     """Whether steps of a model may use the sparse Jacobian: it is large, equalities are its only constraints, and accelerations
     agree with dense ones at the state of `data` and at random states near it. `data` and the options of the model stay as they are.
     """
-    if model.nv <= LARGE or not only_equalities(model):
+    if model.nv <= LARGE or not only_equalities(model) or _has_curves(model):
         return False
     rng = np.random.default_rng(17)
     trial = mujoco.MjData(model)
@@ -64,6 +64,12 @@ def _acceleration(model: mujoco.MjModel, data: mujoco.MjData, kind: mujoco.mjtJa
     finally:
         model.opt.jacobian = before
     return data.qacc.copy()
+
+
+def _has_curves(model: mujoco.MjModel) -> bool:
+    """Whether the dense rows of curves are written in the middle of a step (`mechlab.engines.mujoco.curve_rows`)."""
+    no_islands = model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_ISLAND
+    return bool(no_islands and np.any(model.eq_type == mujoco.mjtEq.mjEQ_JOINT))
 
 
 def only_equalities(model: mujoco.MjModel) -> bool:

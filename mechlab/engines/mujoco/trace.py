@@ -64,7 +64,7 @@ class Steps:
         self.each = max(1, round(between / settings.timestep))
         self.timestep = between / self.each
         self.price = MUJOCO.of(mechanism) * (4.0 if settings.integrator == "RK4" else 1.0)
-        springs = spring_dampers(mechanism, _called(scene), settings.integrator == "RK4")
+        springs = None if mechanism.curves else spring_dampers(mechanism, _called(scene), settings.integrator == "RK4")
         constant: Array | None = None
         self._settings = settings
         self._tuning: Tuning | None = None

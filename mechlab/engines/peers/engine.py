@@ -107,6 +107,8 @@ def not_expressible(peer: str, integrator: str, mechanism: Mechanism, scene: Sce
         return f"Kamino drops joint equalities without a word, so that the gear relation {m.relations[0].name} would not hold"
     if m.relations:
         return f"the gear relation {m.relations[0].name} is not carried over to peers"
+    if m.curves:
+        return f"the curve {m.curves[0].name} is not carried over to peers"
     if peer == "newton":
         for name in [s.name for s in m.springs] + [j.name for j in m.joints if j.stiffness or j.damping]:
             return f"the spring or damper of {name} has no counterpart in Kamino"

@@ -31,7 +31,7 @@ _MATRIX[[3, 4, 5], [6, 8, 1]] = -1.0
 
 
 class PinConstraints:
-    """residual, jacobian and bias of all rows at the state of a PinKinematics; loops in order, then relations."""
+    """residual, jacobian and bias of all rows at the state of a PinKinematics; loops in order, then relations, then curves."""
 
     def __init__(self, kin: PinKinematics) -> None:
         m = kin.mechanism
@@ -51,6 +51,15 @@ class PinConstraints:
         for i, relation in enumerate(m.relations):
             for name, c in relation.coefficients:
                 self._relation_q[i, m.q_slice[name].start] += float(c)
+        self._curves = tuple(
+            (m.q_slice[x.output].start, m.q_slice[x.input].start, m.v_slice[x.input].start, m.zero(x.output), m.zero(x.input), x.curve)
+            for x in m.curves
+        )
+        if self._curves:  # their rows stand behind those of the relations; the slopes are filled in at each pose
+            self._relation_q = np.vstack([self._relation_q, np.zeros((len(self._curves), m.nq))])
+            self.relations = np.vstack([self.relations, [m.row(x.output) for x in m.curves]])
+            for i, (b, *_) in enumerate(self._curves):
+                self._relation_q[len(m.relations) + i, b] = 1.0
         rows = [
             (k, r.removeprefix(f"{x.name}.")) for k, x in enumerate(m.loops) for r in self.rows[self.slices[x.name]]
         ]
@@ -92,6 +101,8 @@ class PinConstraints:
     def evaluate(self) -> tuple[Array, Array, Array]:
         """(rows,) residual, (rows, nv) Jacobian, (rows, 6) lines of the loop rows, from one look at the poses."""
         kin = self.kin
+        if self._curves:
+            return self._with_curves()
         if not len(self.loop_of_row):
             return self._relation_q @ kin.q, self.relations, np.zeros((0, 6))
         residual, lines, _, _ = self._look()
@@ -103,6 +114,21 @@ class PinConstraints:
                 lines,
             )
         return residual, jacobian, lines
+
+    def _with_curves(self) -> tuple[Array, Array, Array]:
+        """`evaluate` with the rows of curves: output - f(input)."""
+        kin = self.kin
+        residual, jacobian, lines = np.zeros(0), np.zeros((0, self.selection.shape[1])), np.zeros((0, 6))
+        if len(self.loop_of_row):
+            residual, lines, _, _ = self._look()
+            jacobian = self.selection * (lines @ kin.spatial)
+        sums, rows = self._relation_q @ kin.q, self.relations.copy()
+        first = len(sums) - len(self._curves)
+        for i, (_, a, column, zero_b, zero_a, curve) in enumerate(self._curves, first):
+            value, slope, _ = curve.at(zero_a + float(kin.q[a]))
+            sums[i] += zero_b - value
+            rows[i, column] = -slope
+        return np.concatenate([residual, sums]), np.concatenate([jacobian, rows]), lines
 
     def _look(self) -> tuple[Array, Array, Array, Array]:
         """Residual (rows,) and lines W (rows, 6) of the loop rows, the vectors (7, rows, 3) that `_picked` takes from the frames, and
@@ -141,7 +167,11 @@ class PinConstraints:
         """(rows,) dJ/dt v."""
         out = np.zeros(len(self.rows))
         kin = self.kin
-        if kin.still or not len(self.loop_of_row):
+        if kin.still:
+            return out
+        for row, (_, a, column, _, zero, curve) in enumerate(self._curves, len(out) - len(self._curves)):
+            out[row] = -curve.at(zero + float(kin.q[a]))[2] * float(kin.v[column]) ** 2
+        if not len(self.loop_of_row):
             return out
         _, lines, parts, frames = self._look()
         n, loops = len(lines), len(self.loops)

@@ -88,7 +88,7 @@ class PinocchioForm:
             for x in self.mechanism.loops
             if x.name not in told
         }
-        return out | {r.name: "Pinocchio has no constraint that couples joints" for r in self.mechanism.relations}
+        return out | {r.name: "Pinocchio has no constraint that couples joints" for r in self.mechanism.couplings}
 
     @property
     def not_in_model(self) -> tuple[str, ...]:

@@ -103,9 +103,10 @@ def _least_squares(m: Mechanism, matrix: Array, right: Array, what: str) -> Arra
 
 
 def relation_loads(plant: PinPlant, reactions: Array) -> dict[str, float]:
-    """Reaction of each relation: the load of the teeth, belt or thread, as the torque on the joint of coefficient 1."""
+    """Reaction of each relation: the load of the teeth, belt or thread, as the torque on the joint of coefficient 1; of a curve that on its
+    output."""
     slices = plant.constraints.slices
-    return {r.name: float(reactions[slices[r.name]][0]) for r in plant.mechanism.relations}
+    return {r.name: float(reactions[slices[r.name]][0]) for r in plant.mechanism.couplings}
 
 
 def loop_wrenches(plant: PinPlant, reactions: Array) -> dict[str, Wrench]:
@@ -157,7 +158,7 @@ def motion_forces(
     m, plant, count = mechanism, PinPlant(mechanism), len(q)
     out = MotionForces(
         np.zeros(count), {x.name: np.zeros((count, 6)) for x in m.loops}, {j.name: np.zeros((count, 6)) for j in m.joints},
-        {r.name: np.zeros(count) for r in m.relations},
+        {r.name: np.zeros(count) for r in m.couplings},
     )  # fmt: skip
     for k in range(count):
         found = inverse_dynamics(plant, q[k], v[k], {drive: acceleration}, [drive], load)
@@ -195,7 +196,7 @@ def channels(
     """Channels and units of a run, (n,) each, besides the basic ones:
 
     NAME_accel of every joint and shaft; NAME_force, the sum of the laws on a joint or shaft; RELATION_load, the
-    reaction of a relation (torque on the joint of coefficient 1); LOOP_fx, _fy, _fz, the force on body b in world
+    reaction of a relation (torque on the joint of coefficient 1) or curve (on its output); LOOP_fx, _fy, _fz, the force on body b in world
     axes, and _mx, _my, _mz, the moment about frame b, for loops that transmit one.
     """
     m = plant.mechanism
@@ -205,6 +206,10 @@ def channels(
         k = plant.constraints.slices[relation.name].start
         values[f"{relation.name}_load"] = np.array([x.reactions[k] for x in instants])
         units[f"{relation.name}_load"] = force_unit(units[relation.coefficients[0][0]])
+    for curve in m.curves:
+        k = plant.constraints.slices[curve.name].start
+        values[f"{curve.name}_load"] = np.array([x.reactions[k] for x in instants])
+        units[f"{curve.name}_load"] = force_unit(units[curve.output])
     _loops(plant, t, q, v, instants, values, units)
     return values, units
 

@@ -53,6 +53,7 @@ def fits(mechanism: Mechanism, laws: tuple[Law, ...]) -> bool:
     return (
         all(j.nv == 1 and not j.friction for j in mechanism.joints)
         and not mechanism.relations
+        and not mechanism.curves
         and not any(s.inertia or s.damping or s.friction or s.stiffness for s in mechanism.shafts)
         and all(x.kind in ("spherical", "revolute") for x in mechanism.loops)
         and all(law.kind in SIMPLE_LAWS for law in laws)

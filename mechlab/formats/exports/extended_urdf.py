@@ -91,7 +91,7 @@ def to_extended_urdf(m: Mechanism, mesh_files: Mapping[Shape, str] | None = None
         ends = (first, _frame(frames, taken, loop.name, "B", loop.body_b, loop.placement_b))
         pairs.append((*ends, TYPES.get(loop.kind, "6d")))
     tree = replace(
-        m, bodies=depth_first(bodies), frames=tuple(frames), loops=(), shafts=(), springs=(), drives=drives,
+        m, bodies=depth_first(bodies), frames=tuple(frames), loops=(), curves=(), shafts=(), springs=(), drives=drives,
         relations=tuple(r for r in m.relations if len(r.coefficients) == 2),
     )  # fmt: skip
     names = urdf_map(tree)
@@ -148,6 +148,7 @@ def _frame(frames: list[Frame], taken: set[str], loop: str, side: str, body: str
 def _left_out(m: Mechanism) -> tuple[LeftOut, ...]:
     names: dict[str, Sequence[str]] = {
         "relation of more than two joints": unmimicked(m),
+        "curve": [x.name for x in m.curves],
         "shaft": [s.name for s in m.shafts],
         "spring": [s.name for s in m.springs] + [j.name for j in m.joints if j.stiffness],
     }

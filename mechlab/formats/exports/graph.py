@@ -143,11 +143,12 @@ def _add_loop(
 
 
 def left_out_of(m: Mechanism, name: str, *own: tuple[str, Sequence[str], str]) -> tuple[LeftOut, ...]:
-    """What no joint of the format `name` can hold: springs between points, shafts, rotor inertias; and what is its own: (what, names,
-    why)."""
+    """What no joint of the format `name` can hold: springs between points, shafts, curves, rotor inertias; and what is its own:
+    (what, names, why)."""
     found = (
         ("spring", [s.name for s in m.springs], f"{name} has no spring between two points"),
         ("shaft", [s.name for s in m.shafts], f"{name} has no part that turns as a sum of joints"),
+        ("curve", [x.name for x in m.curves], f"{name} has no joint that follows a function of another one"),
         ("rotor inertia", [j.name for j in m.joints if j.armature], f"{name} has no inertia of a joint"),
         *own,
     )

@@ -18,6 +18,7 @@ from mechlab.formats.mjcf.read_drives import Tendons, Terms, coupled, read_drive
 from mechlab.formats.mjcf.read_tree import BodyTree, read_tree
 from mechlab.formats.mjcf.source import MjcfText, Names, clean, fail, refuse
 from mechlab.formats.xml_text import floats, label
+from mechlab.mechanism.curve import CurveRelation, polynomial
 from mechlab.mechanism.geometry import IDENTITY, Placement
 from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.kinematics import TreeKinematics
@@ -38,7 +39,7 @@ def from_mjcf(content: str) -> Mechanism:
     tree = read_tree(source)
     tendons = read_tendons(source, tree)
     names = Names("equality")
-    loops, relations = _equalities(source, tree, tendons, names)
+    loops, relations, curves = _equalities(source, tree, tendons, names)
     frames = Names("site")
     scalars = [j.name for b in tree.bodies for j in b.joints if j.nv == 1] + list(tendons.shafts)
     sites = {
@@ -51,6 +52,7 @@ def from_mjcf(content: str) -> Mechanism:
         bodies=tuple(tree.bodies),
         loops=tuple(loops),
         relations=tuple(relations),
+        curves=tuple(curves),
         shafts=tuple(tendons.shafts.values()),
         springs=tuple(_spring(tendons, n, names) for n in tendons.springs),
         drives=read_drives(source, tree, tendons),
@@ -84,7 +86,7 @@ def _spring(tendons: Tendons, name: str, names: Names) -> Spring:
 
 def _equalities(
     source: MjcfText, tree: BodyTree, tendons: Tendons, names: Names
-) -> tuple[list[Loop], list[LinearRelation]]:
+) -> tuple[list[Loop], list[LinearRelation], list[CurveRelation]]:
     elements = [source.attributes(e) for e in source.items("equality") if e.get("active", "true") != "false"]
     given = {e.get("name") for e in elements}
     second = {e.get("name") for e in elements if source.ours and (e.get("name") or "").endswith(":axis")}
@@ -92,6 +94,7 @@ def _equalities(
     reference = TreeKinematics(Mechanism("reading", tuple(_plain(b) for b in tree.bodies)))
     loops: list[Loop] = []
     relations: list[LinearRelation] = []
+    curves: list[CurveRelation] = []
     for e in elements:
         if e.get("name") in second:
             continue
@@ -102,13 +105,23 @@ def _equalities(
             _no_offset(e)
             a, b = tendons.distances[e.get("tendon1", "")]
             loops.append(_distance(reference, names.add(e.get("name")), tree.sites[a], tree.sites[b]))
+        elif e.tag == "joint" and e.get("joint2") and any(_polynomial(e)[2:]):
+            curves.append(_curve(tree, names.add(e.get("name")), e))
         elif e.tag in ("tendon", "joint"):
             relations.append(LinearRelation(names.add(e.get("name")), _relation(tree, tendons, e)))
         else:
             raise fail(e, "mechlab does not read this kind of equality.")
     for body, count in guests.items():
         tree.restore(body, count)
-    return loops, relations
+    return loops, relations, curves
+
+
+def _curve(tree: BodyTree, name: str, e: ET.Element) -> CurveRelation:
+    """A joint equality of higher degree: output - its reference = polynomial of input - its reference."""
+    output, given_by = (tree.joint_names.find(e.get(k), e) for k in ("joint1", "joint2"))
+    zeros = {j.name: j.zero for b in tree.bodies for j in b.joints}
+    first, *rest = _polynomial(e)
+    return CurveRelation(name, output, given_by, polynomial((zeros[output] + first, *rest), zeros[given_by]))
 
 
 def _plain(body: Body) -> Body:
@@ -173,11 +186,15 @@ def _distance(reference: TreeKinematics, name: str, a: tuple[str, Placement], b:
     return Loop(name, "distance", a[0], b[0], *ends, length=float(np.linalg.norm(far)))
 
 
+def _polynomial(e: ET.Element) -> tuple[float, ...]:
+    return floats(e, "polycoef") or (0.0, 1.0)
+
+
 def _no_offset(e: ET.Element) -> tuple[float, ...]:
     """polycoef of an equality. Raises MechlabError when it is not linear or has an offset in the reference pose."""
-    poly = floats(e, "polycoef") or (0.0, 1.0)
+    poly = _polynomial(e)
     if any(poly[2:]):
-        raise fail(e, "a nonlinear polycoef is not read.")
+        raise fail(e, "a nonlinear polycoef of a tendon is not read.")
     if poly[0] != 0.0:
         raise fail(e, f"the offset {poly[0]:g} of polycoef means that the reference pose is not assembled.")
     return poly

@@ -123,10 +123,11 @@ def to_mjcf(
 
 def _option(root: ET.Element, m: Mechanism, s: Settings) -> None:
     """The <option> element. jacobian="dense", because the sparse factorisation of MuJoCo 4.0.0 returns wrong accelerations (its issue
-    3767). diagexact where a loop joins bodies that only turn about their centres of mass: see `loops.joins_still_masses`."""
+    3767). diagexact where a loop joins bodies that only turn about their centres of mass (see `loops.joins_still_masses`), and for
+    curves, whose softness would else not know their slope."""
     integrator = s.integrator if s.integrator in MUJOCO_INTEGRATORS else "RK4"
     option = add(root, "option", timestep=s.timestep, gravity=m.gravity, integrator=integrator, jacobian="dense")
-    exact = "enable" if loops.joins_still_masses(m) else None
+    exact = "enable" if m.curves or loops.joins_still_masses(m) else None
     add(option, "flag", clampctrl=None if drives.clamps(m) else "disable", autoreset="disable", diagexact=exact)
 
 

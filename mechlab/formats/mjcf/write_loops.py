@@ -8,6 +8,7 @@ What mechlab adds to a file has a ':' in its name, which no name of a Mechanism 
     distance     spatial tendon held at its length                                1 row; positions only, see below
     universal, cylindrical, prismatic
                  a connector body with the joints of that kind, welded            6 rows, 2, 2, 1 more joints
+    curve        joint equality with a polynomial of degree 4                     1 row; near the reference pose only
 
 Reactions of a revolute loop: force = f_point + f_axis, moment = d z x f_axis, with d = `spread(m)`.
 
@@ -23,6 +24,7 @@ All coordinates of a connector are 0 in the reference pose.
 
 from __future__ import annotations
 
+import math
 import xml.etree.ElementTree as ET
 from collections import Counter
 from dataclasses import dataclass, replace
@@ -32,6 +34,7 @@ import numpy as np
 from mechlab.errors import MechlabError
 from mechlab.experiment.scene import Settings
 from mechlab.formats.xml_text import add
+from mechlab.mechanism.curve import CurveRelation
 from mechlab.mechanism.geometry import IDENTITY, Placement, Vector
 from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.kinematics import TreeKinematics
@@ -227,8 +230,8 @@ def loop_ends(m: Mechanism, plan: tuple[ConnectorBody, ...], distance: float) ->
 
 
 def write_equalities(root: ET.Element, m: Mechanism, plan: tuple[ConnectorBody, ...], s: Settings) -> None:
-    """The <equality> section: every loop, then every relation, each by its name."""
-    if not (m.loops or m.relations):
+    """The <equality> section: every loop, every relation, every curve, each by its name."""
+    if not m.is_closed:
         return
     section = add(root, "equality")
     if plan:
@@ -253,3 +256,21 @@ def write_equalities(root: ET.Element, m: Mechanism, plan: tuple[ConnectorBody, 
             add(section, "connect", name=axis_name(loop.name), site1=a, site2=b, **soft)
     for relation in m.relations:
         add(section, "tendon", name=relation.name, tendon1=tendon_name(m, relation.name), **soft)
+    if m.curves:
+        section.append(ET.Comment(CURVES))
+    for curve in m.curves:
+        local = local_polynomial(m, curve)
+        add(section, "joint", name=curve.name, joint1=curve.output, joint2=curve.input, polycoef=local, **soft)
+
+
+CURVES = """ Curves: MuJoCo has polynomials of degree 4 only, here those of the piece in which the reference pose stands. They hold on
+ that piece alone; the whole functions are in the JSON beside this file, and a run by mechlab follows them. """
+
+
+def local_polynomial(m: Mechanism, relation: CurveRelation) -> tuple[float, ...]:
+    """The coefficients (5,) of a curve about the reference pose, coordinate of the output for that of the input: Taylor's polynomial."""
+    curve, x = relation.curve, m.zero(relation.input)
+    k = curve.piece(x)
+    d, piece = curve.folded(x) - curve.knots[k], curve.pieces[k]
+    out = [sum(math.comb(i, j) * c * d ** (i - j) for i, c in enumerate(piece) if i >= j) for j in range(5)]
+    return (curve.at(x)[0] - m.zero(relation.output), *out[1:])

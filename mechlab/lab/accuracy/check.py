@@ -92,7 +92,7 @@ def _check_settings(problem: Problem, used: str, fastest: float, sharp: bool) ->
             coarse, fine = RULES.check_tolerances
             yield _CheckSetting(method, (looser * coarse, looser * fine), FIRST_INTERVAL * rule.evaluations * price)
             continue
-        rigid = used == "mujoco" or not (problem.mechanism.loops or problem.mechanism.relations)
+        rigid = used == "mujoco" or not problem.mechanism.is_closed
         fewer = rigid and not sharp
         least = math.ceil(between * fastest / rule.stable) if rule.stable and fastest > 0.0 else 0
         for each in sorted({max(x, least) for x in ((few // 4, few // 2, few) if fewer else (few,))}):

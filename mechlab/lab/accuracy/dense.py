@@ -213,7 +213,7 @@ def meets_range(m: Mechanism, q: Array) -> bool:
 
 def _closed(m: Mechanism, q: Array, v: Array, closings: int = CLOSINGS) -> tuple[Array, Array]:
     """The nearest closed poses, and the nearest rates that keep them closed."""
-    if not (m.loops or m.relations):
+    if not m.is_closed:
         return q, v
     for _ in range(closings):
         residual, jacobian = _dynamics(m).rows.evaluate(q) if _scalar(m) else ManyPoses(m).set(q).residual_and_jacobian()

@@ -367,4 +367,4 @@ class RefinedMethod:
 
 
 def _rows(problem: Problem) -> bool:
-    return bool(problem.mechanism.loops or problem.mechanism.relations)
+    return problem.mechanism.is_closed

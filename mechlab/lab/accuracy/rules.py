@@ -75,7 +75,7 @@ class MethodRule:
     def method(self, problem: Problem) -> Method | None:
         """The method of the registry that this rule selects for a problem; None where there is none. Without loops and
         relations MuJoCo has no rows to harden: then its default method is selected."""
-        rows = problem.mechanism.loops or problem.mechanism.relations
+        rows = problem.mechanism.is_closed
         kind = "default" if self.engine == "mujoco" and self.control == "step" and not rows else self.constraints
         wanted = (self.engine, self.integrator, kind, self.control)
         return next((m for m in METHODS if (m.engine, m.integrator, m.constraints, m.control) == wanted), None)

@@ -67,7 +67,7 @@ def solve_to(
     measure = ErrorMeasure(problem, tree)
     work = default_budget(scene.duration) if budget is None else budget
     why = why_energy_is_not_enough(m, scene)
-    freedoms = structure(m).freedoms if m.loops or m.relations else m.nv
+    freedoms = structure(m).freedoms if m.is_closed else m.nv
     if freedoms != 1:
         why = f"{freedoms} degrees of freedom"
     if not why and tree is not None:
@@ -237,7 +237,7 @@ def _usable(one: RefinedMethod, freedoms: int) -> bool:
     if one.rule.engine == "one_freedom" and freedoms != 1:
         return False
     kinks = has_kinks(one.problem.scene)
-    if one.rule.extrapolated and (kinks or m.loops or m.relations or not why_no_smooth_tree(m, one.problem.scene.laws)):
+    if one.rule.extrapolated and (kinks or m.is_closed or not why_no_smooth_tree(m, one.problem.scene.laws)):
         return False
     between = one.problem.scene.duration / one.problem.outputs
     if one.rule.least and (one.target < one.rule.least or not (kinks or one.fastest * between > 1.0)):

@@ -76,7 +76,7 @@ def thinned(run: Recording) -> Recording:
 def closed(run: Recording) -> tuple[Recording, float]:
     """The run with every pose closed again, its basic channels from them; and the largest correction [rad or m]."""
     m = run.mechanism
-    if not (m.loops or m.relations):
+    if not m.is_closed:
         return run, 0.0
     plant = engine(REFERENCE).plant(m)
     q, slip = run.q.copy(), 0.0

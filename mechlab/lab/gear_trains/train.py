@@ -26,7 +26,7 @@ def train_mechanism(design: Design) -> Mechanism | None:
     for level in design.entry.fidelities:
         if level != "kinematic":
             m = design.mechanism(level)
-            if m.relations and not m.loops:
+            if m.relations and not m.loops and not m.curves:
                 return m
     return None
 

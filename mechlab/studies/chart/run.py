@@ -176,4 +176,4 @@ def _confirm(points: Sequence[ChartPoint], truth: Reference, own: set[str]) -> t
 
 def _has_rows(design: Design, scene: Scene) -> bool:
     m = design.mechanism(scene.fidelity)
-    return bool(m.loops or m.relations)
+    return m.is_closed

@@ -43,6 +43,9 @@ def reactions(m: Mechanism, drive: str, accel: float, q: Array, v: Array, load: 
     for relation in m.relations:
         columns[f"{relation.name}_load"] = found.relations[relation.name]
         units[f"{relation.name}_load"] = "N" if relation.coefficients[0][0] in m.slides else "N m"
+    for curve in m.curves:
+        columns[f"{curve.name}_load"] = found.relations[curve.name]
+        units[f"{curve.name}_load"] = "N" if curve.output in m.slides else "N m"
     for name, table in forces.items():
         key = name if f"{name}_fx" not in columns else f"{name}_joint"
         for k, part in enumerate(PARTS):

@@ -122,8 +122,8 @@ def _integrated(curve: BSpline, law: SpeedLaw, times: Any) -> Any:
 def _values(curve: BSpline, law: SpeedLaw, given: Mapping[str, Any], parameter_at: Any) -> dict[str, Any]:
     """Arrival, braking point and places at times, with a witness's own u(s)."""
     brake, end = law.braking_time, law.duration
-    arrived, u_brake = float(parameter_at(law.at(end))), float(parameter_at(law.at(brake)))
-    u_end = min(arrived, curve.end)
+    arrived = float(parameter_at(law.at(end)))
+    u_end, u_brake = min(arrived, curve.end), min(float(parameter_at(law.at(brake))), curve.end)
     beyond = (arrived - u_end) * float(curve.speed(curve.end))
     values: dict[str, Any] = {
         "length": law.length, "duration": end, "top_speed": law.top_speed, "braking_time": brake,

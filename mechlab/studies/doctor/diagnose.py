@@ -72,14 +72,14 @@ def _same_rows(case: ExaminedFile) -> bool:
     m = case.mechanism
     if m is None or case.file is None or case.file.lost:
         return False
-    return case.kind != "URDF" or not (m.loops or m.relations)
+    return case.kind != "URDF" or not m.is_closed
 
 
 def _loops(case: ExaminedFile) -> int | None:
     """Closures and couplings: of the mechanism for a URDF, whose loops MuJoCo does not see, else those that act in MuJoCo."""
     m = case.mechanism
     if case.kind == "URDF" and m is not None:
-        return len(m.loops) + len(m.relations)
+        return len(m.loops) + len(m.couplings)
     return None if case.model is None else len(loops(case.model))
 
 

@@ -76,7 +76,7 @@ def plan_redundancy(case: StabilityCase) -> StabilityPlan | str:
     """The map of redundant rows: the timestep against the regularisation of the rows. A text says why there is no
     map."""
     m = case.mechanism
-    redundant = structure(m).redundant if m.loops or m.relations else ()
+    redundant = structure(m).redundant if m.is_closed else ()
     if not redundant:
         return "none of its constraint rows repeats others"
     case = case.free
@@ -125,7 +125,7 @@ def plan_softness(case: StabilityCase) -> StabilityPlan | str:
     A text says why there is no map.
     """
     m = case.mechanism
-    if not m.loops and not m.relations:
+    if not m.is_closed:
         return "it has no loops and no gear relations: no soft rows"
     case = case.free
     duration = case.scene.duration

@@ -139,7 +139,7 @@ class StabilityCase:
 
 def usual_methods(case: StabilityCase) -> tuple[Method, ...]:
     """The methods of most maps: with loops or relations, MuJoCo's defaults and hard rows, and Pinocchio's."""
-    if case.mechanism.loops or case.mechanism.relations:
+    if case.mechanism.is_closed:
         return case.methods(
             "MuJoCo implicitfast, defaults", "MuJoCo implicitfast, hard", "MuJoCo discrete, hard", "MuJoCo RK4, hard",
             "Pinocchio semi-implicit Euler", "Pinocchio RK4, soft stabilisation",
@@ -149,6 +149,6 @@ def usual_methods(case: StabilityCase) -> tuple[Method, ...]:
 
 def tree_methods(case: StabilityCase) -> tuple[Method, ...]:
     """The methods for mechanisms without constraint rows, and for maps that do not depend on the rows."""
-    rows = "hard" if case.mechanism.loops or case.mechanism.relations else "defaults"
+    rows = "hard" if case.mechanism.is_closed else "defaults"
     names = [f"MuJoCo {i}, {rows}" for i in ("Euler", "implicitfast", "discrete", "RK4")]
     return case.methods(*names, "Pinocchio semi-implicit Euler", "Pinocchio RK4, soft stabilisation")

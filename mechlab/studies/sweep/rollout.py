@@ -261,7 +261,7 @@ def starts(
     rates |= {k.removesuffix("_rate_0"): x for k, x in values.items() if k.endswith("_rate_0")}
     joints = {j.name: j for j in mechanism.joints}
     closed = np.ones(n, dtype=bool)
-    if not (mechanism.relations or mechanism.loops) and set(first) | set(rates) <= set(joints):
+    if not mechanism.is_closed and set(first) | set(rates) <= set(joints):
         q, v = np.tile(mechanism.reference(), (n, 1)), np.zeros((n, mechanism.nv))
         for name, x in first.items():
             q[:, mechanism.q_slice[name].start] = x - mechanism.zero(name)

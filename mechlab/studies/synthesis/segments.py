@@ -29,7 +29,7 @@ def straight_line(given: Given) -> SynthesisResult:
     if not length > 0.0:
         raise given.refuse("length", "a length above 0 m")
     angle = given.within("angle", "rad", np.pi, np.radians(20.0), np.radians(300.0))
-    size, least, limit = given.within("size", "", 1.5, 0.5, 50.0), _least(given), given.integer("limit", 3, 1, 9)
+    size, least, limit = given.within("size", "", 1.5 * max(1.0, np.pi / angle), 0.5, 50.0), _least(given), given.integer("limit", 3, 1, 9)
     found = straight_fourbars(angle, size, least)
     built = [_line_of(f, angle, length) for f in found[:limit]]
     solutions = []

@@ -17,6 +17,7 @@ from mechlab.engines.mujoco.model_file.coordinates import FileCoordinates
 from mechlab.errors import LeftOutWarning, MechlabError
 from mechlab.experiment.model_file import ModelFile
 from mechlab.formats import from_json, from_mjcf, to_json, to_mjcf
+from mechlab.mechanism import ConstraintSet, TreeKinematics
 from tests.benchmarks.read_files import Pair
 
 ROD = 'type="capsule" fromto="0 0 0 .3 0 0" size=".02" contype="0" conaffinity="0"'
@@ -164,8 +165,9 @@ LOST = {
     "lag": (actuated('<position name="p" joint="q" kp="9" timeconst=".1"/>'), "activation of an actuator", ("p",)),
     "muscle": (actuated('<muscle name="m" joint="q" lengthrange="0 1"/>'), "actuator", ("m",)),
     "locked": (mjcf(ARM.replace('name="q" axis="0 1 0"', 'name="q" type="ball" limited="true"')), "joint range", ("q",)),
-    "curved coupling": (mjcf(ARM, '<equality><joint name="c" joint1="q" joint2="r" polycoef="0 1 1 0 0"/></equality>'),
-                        "joint equality", ("c",)),
+    "curved coupling": (mjcf(ARM, '<tendon><fixed name="t"><joint joint="q" coef="1"/></fixed><fixed name="u"><joint joint="r" coef="1"/>'
+                             '</fixed></tendon><equality><tendon name="c" tendon1="t" tendon2="u" polycoef="0 1 1 0 0"/></equality>'),
+                        "tendon equality", ("c",)),
     "sum of actuators": (mjcf(ARM.replace('name="q"', 'name="q" actuatorfrcrange="-1 1"'),
                               '<actuator><motor joint="q"/><motor joint="q"/></actuator>'), "actuatorfrcrange", ("q",)),
 }  # fmt: skip
@@ -176,6 +178,21 @@ def test_lost_mechanics_is_named(cause: str, tmp_path: Path) -> None:
     text, what, names = LOST[cause]
     file, _ = read(text, tmp_path)
     assert [(x.what, x.names) for x in file.lost] == [(what, names)]
+
+
+def test_a_polynomial_of_two_joints_is_a_curve(tmp_path: Path) -> None:
+    """Its rows are those of MuJoCo itself, efc_pos and efc_J, also away from the pose of the file."""
+    coupled = '<equality><joint name="c" joint1="q" joint2="r" polycoef="0 0.5 1 -0.3 0.2"/></equality>'
+    file, _ = read(mjcf(ARM.replace('name="r"', 'name="r" ref="0.4"'), coupled), tmp_path)
+    m = file.mechanism
+    assert not file.lost and [(x.name, x.output, x.input) for x in m.curves] == [("c", "q", "r")]
+    model = mujoco.MjModel.from_xml_path(str(file.path))
+    data = mujoco.MjData(model)
+    data.qpos[:] = model.qpos0 + np.array([0.3, -0.8])
+    mujoco.mj_fwdPosition(model, data)
+    constraints, tree = ConstraintSet(m), TreeKinematics(m, np.array([0.3, -0.8]))
+    np.testing.assert_allclose(constraints.residual(tree), data.efc_pos[: data.ne], atol=1e-15)
+    np.testing.assert_allclose(constraints.jacobian(tree).ravel(), data.efc_J[: data.ne * model.nv], atol=1e-15)
 
 
 KEPT = f"""<mujoco model="kept"><asset><mesh name="m" vertex="{TETRAHEDRON}"/><material name="red"/></asset>

@@ -85,7 +85,7 @@ def _moved(states: FileCoordinates, scene: Scene, q: Array) -> Array:
         m.row(name)  # raises for a name that does not exist
     joints = {j.name for j in m.joints}
     shafts = [n for n in scene.initial if n not in joints]
-    if not (m.loops or m.relations or shafts):
+    if not (m.is_closed or shafts):
         q = q.copy()
         for name, value in scene.initial.items():
             q[m.q_slice[name]] = value - m.zero(name)

@@ -1,4 +1,4 @@
-"""Equalities of a compiled MuJoCo model: loops and linear relations."""
+"""Equalities of a compiled MuJoCo model: loops, linear relations, and curves of joints."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from mechlab.engines.mujoco.model_file.read_tendons import Tendons
 from mechlab.engines.mujoco.model_file.read_tree import CompiledTree, placement, site_place, switched_off, vector
 from mechlab.formats.mjcf.read_drives import Terms, coupled
 from mechlab.formats.mjcf.source import Names
+from mechlab.mechanism.curve import CurveRelation, polynomial
 from mechlab.mechanism.geometry import Placement
 from mechlab.mechanism.parts import LinearRelation, Loop
 
@@ -21,11 +22,12 @@ End = tuple[str, Placement]
 
 @dataclass
 class Equalities:
-    """Loops and relations; `offsets`: of a relation with an offset the value of its sum of coordinates, 0 in the file's own pose;
-    `of`: the file's equality -> loop or relation."""
+    """Loops, relations and curves; `offsets`: of a relation with an offset the value of its sum of coordinates, 0 in the file's own pose;
+    `of`: the file's equality -> loop, relation or curve."""
 
     loops: list[Loop] = field(default_factory=list)
     relations: list[LinearRelation] = field(default_factory=list)
+    curves: list[CurveRelation] = field(default_factory=list)
     offsets: dict[str, float] = field(default_factory=dict)
     of: dict[str, str] = field(default_factory=dict)
 
@@ -72,11 +74,19 @@ def _ends(tree: CompiledTree, k: int, kind: mujoco.mjtEq) -> tuple[End, End]:
 
 
 def _couple(tree: CompiledTree, tendons: Tendons, k: int, names: Names, out: Equalities) -> None:
-    """A joint or tendon equality: x1 - x1(0) = polynomial in x2 - x2(0), as a relation, or as a loop that keeps a distance."""
+    """A joint or tendon equality: x1 - x1(0) = polynomial in x2 - x2(0), as a relation, a
+    curve, or a loop that keeps a distance."""
     model, remarks = tree.model, tree.remarks
     label, given = key(model, OBJECT.mjOBJ_EQUALITY, k), given_name(model, OBJECT.mjOBJ_EQUALITY, k)
     one, two, poly = int(model.eq_obj1id[k]), int(model.eq_obj2id[k]), model.eq_data[k, :5]
     kind = "joint" if model.eq_type[k] == EQUALITY.mjEQ_JOINT else "tendon"
+    if kind == "joint" and two >= 0 and np.any(poly[2:]) and all(len(tree.joints_of[x]) == 1 for x in (one, two)):
+        output, given_by = tree.joints_of[one][0], tree.joints_of[two][0]
+        zeros = {j.name: j.zero for b in tree.bodies for j in b.joints}
+        law = polynomial((zeros[output] + poly[0], *poly[1:]), zeros[given_by])
+        out.of[label] = names.add(given)
+        out.curves.append(CurveRelation(out.of[label], output, given_by, law))
+        return
     if two >= 0 and np.any(poly[2:]):
         remarks.lose(f"{kind} equality", label, "its polynomial is nonlinear")
         return

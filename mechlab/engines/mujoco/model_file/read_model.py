@@ -52,10 +52,12 @@ def read_mjcf_file(path: Path, content: str) -> ModelFile:
 
 def own_file(mechanism: Mechanism, path: Path) -> ModelFile:
     """A file that mechlab wrote: all names are those of the mechanism."""
-    closures = [x.name for x in mechanism.loops] + [x.name for x in mechanism.relations]
+    closures = [*(x.name for x in mechanism.loops), *(x.name for x in mechanism.couplings)]
+    curves = ", ".join(x.name for x in mechanism.curves)
+    told = f"{curves}: the file holds polynomials of degree 4, right near its reference pose; the JSON beside it holds the whole curves."
     tendons = [x.name for x in mechanism.shafts] + [x.name for x in mechanism.springs]
     return ModelFile(
-        path, "MJCF", mechanism,
+        path, "MJCF", mechanism, notes=(told,) if curves else (),
         joints={j.name: (j.name,) for j in mechanism.joints},
         bodies={b.name: b.name for b in mechanism.bodies},
         drives={d.name: d.name for d in mechanism.drives},
@@ -87,6 +89,7 @@ def from_compiled(model: mujoco.MjModel, path: Path | None = None) -> ModelFile:
     still = switched_off(model, mujoco.mjtDisableBit.mjDSBL_GRAVITY)
     builder = Builder(_name(model), (0.0, 0.0, 0.0) if still else vector(model.opt.gravity))
     builder.bodies, builder.loops, builder.meshes = tree.bodies, equalities.loops, list(equalities.relations)
+    builder.curves = equalities.curves
     builder.shafts, builder.springs, builder.drives = (
         list(tendons.shafts.values()),
         list(tendons.springs.values()),

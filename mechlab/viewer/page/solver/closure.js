@@ -1,4 +1,4 @@
-// What closes and couples a mechanism: residuals and Jacobian of loops and linear relations, as in mechanism/constraints.py.
+// What closes and couples a mechanism: residuals and Jacobian of loops, linear relations and curves, as in mechanism/constraints.py.
 
 class Closure {
   constructor(model) {
@@ -12,14 +12,24 @@ class Closure {
       this.lengths.push(columns.length > 0 && columns[0].kind === "prismatic");
       return { zero: 0, columns, coefficients };
     });
+    this.curves = (model.document.curves || []).map((curve) => this._curve(model, curve));
     this.count = this.names.length;
     this.residual = new Float64Array(this.count);
     this.jacobian = new Float64Array(this.count * this.nv);
     [this._ra, this._rb, this._pa, this._pb, this._lever] = arrays(5, 9);
     this.relations.forEach(({ columns, coefficients }, k) => {
-      const at = (this.count - this.relations.length + k) * this.nv;
+      const at = (this.count - this.curves.length - this.relations.length + k) * this.nv;
       columns.forEach((joint, c) => { this.jacobian[at + joint.v] += coefficients[c]; });
     });
+  }
+
+  _curve(model, { name, output, input, curve }) {
+    const [to, from] = [output, input].map((joint) => model.combination({ [joint]: 1 }, `Curve ${name}`)[0][0]);
+    const { knots = [], pieces = [] } = curve || {};
+    if (!pieces.length || knots.length !== pieces.length + 1) throw new Error(`Curve ${name} has ${pieces.length} pieces and ${knots.length} knots.`);
+    this.names.push(name);
+    this.lengths.push(to.kind === "prismatic");
+    return { to, from, curve };
   }
 
   _loop(model, loop) {
@@ -44,6 +54,12 @@ class Closure {
     let row = 0;
     for (const loop of this.loops) row = this._rows(tree, loop, row);
     for (const relation of this.relations) this.residual[row++] = quantityValue(relation, tree.q);
+    for (const { to, from, curve } of this.curves) {
+      const [value, slope] = curveAt(curve, from.zero + tree.q[from.q]);
+      this.residual[row] = to.zero + tree.q[to.q] - value;
+      this.jacobian[this.nv * row + to.v] = 1;
+      this.jacobian[this.nv * row++ + from.v] = -slope;
+    }
   }
 
   _rows(tree, { a, b, placementA, placementB, offsets, angles, length, path, signs }, first) {
@@ -70,4 +86,21 @@ class Closure {
     }
     return first + (length ? 1 : 0) + offsets.length + angles.length;
   }
+}
+
+/** Value and slope of a curve {knots, pieces, rise} at x, as Curve.at in mechanism/curve.py. */
+function curveAt({ knots, pieces, rise = null }, x) {
+  const period = knots[knots.length - 1] - knots[0], turns = rise === null ? 0 : Math.floor((x - knots[0]) / period), place = x - turns * period;
+  let [low, high] = [0, pieces.length - 1];
+  while (low < high) {
+    const middle = (low + high + 1) >> 1;
+    if (knots[middle] <= place) low = middle; else high = middle - 1;
+  }
+  const d = place - knots[low];
+  let [value, slope] = [0, 0];
+  for (let k = pieces[low].length - 1; k >= 0; k--) {
+    slope = slope * d + value;
+    value = value * d + pieces[low][k];
+  }
+  return [value + turns * (rise || 0), slope];
 }

@@ -155,7 +155,7 @@ class PageModel {
     return { linear, angular };
   }
 
-  /** {residual, jacobian (row-major), names} of all loops, then all relations. */
+  /** {residual, jacobian (row-major), names} of all loops, then all relations, then all curves. */
   constraints(q) {
     const { closure, tree } = this;
     closure.evaluate(tree.set(q));
