@@ -106,44 +106,9 @@ def same_mode(mechanism: Mechanism, before: Array, after: Array, held: Sequence[
     tree, constraints = _tree(mechanism)
     if rows_repeat(mechanism):
         rows = np.array([mechanism.row(n) for n in held]).reshape(len(held), mechanism.nv)
-        here, there = constraints.jacobian(tree.set(before)), constraints.jacobian(tree.set(after))
-        return same_sign(here, there, rows) or kept_on_the_way(mechanism, before, after, held)
+        return same_sign(constraints.jacobian(tree.set(before)), constraints.jacobian(tree.set(after)), rows)
     a, b = mode_sign(mechanism, before, held), mode_sign(mechanism, after, held)
     return a == 0 or b == 0 or a == b
-
-
-STRIDE, FEWEST_STRIDES = 0.1, 16
-"""Largest change of a held joint between two poses of a way [rad, or of the length scale], and the least number of them."""
-
-
-def kept_on_the_way(mechanism: Mechanism, before: Array, after: Array, held: Sequence[str]) -> bool:
-    """Whether the straight way of the `held` joints leads from one pose to the other without a change of mode, where rows repeat others.
-
-    The rows that are independent at one pose need not be so at a far one, so that their sign there says nothing: they are chosen anew
-    at every pose of the way (`same_sign`).
-    """
-    tree, constraints = _tree(mechanism)
-    rows = np.array([mechanism.row(n) for n in held]).reshape(len(held), mechanism.nv)
-    begin, end = (np.array([mechanism.value(n, q) for n in held]) for q in (before, after))
-    sizes = [mechanism.length_scale if is_length(mechanism, n) else 1.0 for n in held]
-    count = max(FEWEST_STRIDES, int(np.ceil(np.max(np.abs(end - begin) / sizes, initial=0.0) / STRIDE)))
-    pose, jacobian = before, constraints.jacobian(tree.set(before))
-    for s in np.linspace(0.0, 1.0, count + 1)[1:]:
-        wanted = begin + s * (end - begin)
-
-        def evaluate(x: Array, wanted: Array = wanted) -> tuple[Array, Array]:
-            tree.set(x)
-            now = np.array([mechanism.value(n, x) for n in held])
-            return np.concatenate([constraints.residual(tree), now - wanted]), np.vstack([constraints.jacobian(tree), rows])
-
-        found = newton(evaluate, lambda x, dv: integrate(mechanism, x, dv), pose)
-        if not found.closed:
-            return False
-        pose, last = found.q, jacobian
-        jacobian = constraints.jacobian(tree.set(pose))
-        if not same_sign(last, jacobian, rows):
-            return False
-    return float(np.max(np.abs(pose - after), initial=0.0)) < NEAR
 
 
 def assembled_pose(m: Mechanism, guess: Mapping[str, float], hold: Sequence[str]) -> Array:

@@ -7,7 +7,7 @@ import pytest
 
 import mechlab as ml
 from mechlab.errors import MechlabError
-from mechlab.experiment.findings import ModeWatch
+from mechlab.experiment.assembly_modes import ModeWatch
 from mechlab.mechanism import Builder, Status, close, mode_sign, revolute, same_mode
 from tests.mechanism.samples import fourbar
 

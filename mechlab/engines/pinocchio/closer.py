@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike
 from mechlab.engines.pinocchio.constraints import PinConstraints
 from mechlab.engines.pinocchio.kinematics import PinKinematics
 from mechlab.engines.pinocchio.quantities import Quantities, interpolate
-from mechlab.mechanism.assembly import kept_on_the_way
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.followed_mode import same_sign
 from mechlab.mechanism.geometry import Array
@@ -72,10 +71,7 @@ class Closer:
         there = self.constraints.evaluate()[1].copy()
         self.kin.set(before)
         here = self.constraints.evaluate()[1]
-        if same_sign(here, there, np.concatenate([self.quantities.jacobian(), self._local])):
-            return True
-        joints = set(self.names) <= {*self.mechanism.scalar_names}
-        return joints and not len(self._local) and kept_on_the_way(self.mechanism, before, after, self.names)
+        return same_sign(here, there, np.concatenate([self.quantities.jacobian(), self._local]))
 
     def _mode(self, q: Array) -> float:
         self.kin.set(q)

@@ -124,9 +124,11 @@ def _confirmed(made: Recording, result: Solution) -> Recording:
         return made
     if not may_pass_singular(made.mechanism, result.q):
         return made
-    text = f"a place where assembly modes meet was passed, and another method does not confirm the way: it is {check.difference:.2g} "
-    text += f"{result.unit} away, {'more' if check.difference > check.own else 'less'} than it changed by in its last refinement; do not "
-    text += "trust this run"
+    text = (
+        "the run passes, or nearly, a place where assembly modes meet, and another method does not confirm the way: it is "
+        f"{check.difference:.2g} {result.unit} away, {'more' if check.difference > check.own else 'less'} than it changed by in its last "
+        "refinement; do not trust this run"
+    )
     found = tuple(
         replace(f, severity="error", sentence=f"{f.sentence}; {text}") if f.name == "max_error" else f for f in made.health.findings
     )
