@@ -177,7 +177,7 @@ COMMANDS: dict[tuple[str, str], list[Differ | Writes | Refused]] = {
         Refused("claims crank=1", "crank"),
     ],
     ("claims", "-o"): [
-        Writes("claims gear_linkage --figure all -o {}/a.png", "a.png"), Refused("claims closed_differential -o {}/a.gif", ".svg"),
+        Writes("claims planetary --figure all -o {}/a.png", "a.png"), Refused("claims planetary -o {}/a.gif", ".svg"),
         Refused("claims pendulum -o {}/a.png", "pendulum"),
     ],
     ("chart", "--scene"): [Refused(f"{CHART} --scene no", "'no'"), Differ("chart fourbar --duration 0.02", "--scene free-run", slow=True)],

@@ -59,6 +59,8 @@ TABLE = (
         ("fig2", "fig2-swapped", "fig4", "fig4-swapped", "fig5", "fig5-swapped", "fig7", "unidirectional", "sticking",
          "housing-clutch"),
         "Unbalanced planets on a free carrier between two shafts: impulses turn the output against friction and load.", freedoms=2),
+    Row("knife_drive", "Knife drive of a three-knife cutter", "press", ("full",), ("driven", "free-run", "cutting"),
+        "Two gear linkages on one shaft drive two slider-cranks with knives: in constant mesh, slow in the cut."),
     Row("gear_linkage", "Three-gear four-bar", "dwell", ("kinematic", "minimal"),
         ("constant-crank", "free-spin", "near-change-point", "knife-drive", "sheet-delivery", "glue-and-cut"),
         "Gears on the joints of a four-bar: an output that speeds up, dwells or runs back once a turn."),
