@@ -2,7 +2,8 @@
 
     min over q of |r(q)|^2,     r: all rows of loops and relations,     values of the given joints and shafts held exactly
 
-The minimum is looked for by least squares (scipy, trust region) from several poses. Where it is not zero no pose near them closes.
+The minimum is looked for by least squares (scipy, trust region) from given poses and from RANDOM others. Where it is not zero no pose
+near them closes.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ from mechlab.mechanism.structure import null_space
 
 CLOSED = 1e-9
 """Largest row [rad, or of the length scale] of a pose that is closed."""
+RANDOM = 3
+"""Number of random poses, a radian or the length scale away in each coordinate that is not held."""
 MOST = 200
 """Most evaluations from one start."""
 FLAT = 1e-6
@@ -66,7 +69,8 @@ def opening(m: Mechanism, q: Array, least: bool = False) -> Opening:
 
 
 def least_opening(m: Mechanism, held: Mapping[str, float], starts: Sequence[Array]) -> Opening:
-    """The smallest Opening that is found from the starts (nq,) with the values of joints and shafts held."""
+    """The smallest Opening that is found with the values of joints and shafts held, from the starts (nq,) and random poses about the
+    last of them."""
     with spent_on("imports"):
         from scipy.optimize import least_squares
 
@@ -74,7 +78,9 @@ def least_opening(m: Mechanism, held: Mapping[str, float], starts: Sequence[Arra
     rows = np.array([m.row(n) for n in held]).reshape(len(held), m.nv)
     free = null_space(rows) if len(held) else np.eye(m.nv)
     found: list[tuple[float, Opening]] = []
-    for start in starts:
+    rng = np.random.default_rng(0)
+    first = [np.zeros(free.shape[1])] * len(starts) + [rng.standard_normal(free.shape[1]) for _ in range(RANDOM)]
+    for start, x0 in zip([*starts, *[starts[-1]] * RANDOM], first, strict=True):
         off = np.array([value - float(m.value(n, start)) for n, value in held.items()])
         begin = integrate(m, start, np.linalg.pinv(rows) @ off) if len(held) else start
 
@@ -85,8 +91,10 @@ def least_opening(m: Mechanism, held: Mapping[str, float], starts: Sequence[Arra
             return np.asarray(constraints.jacobian(TreeKinematics(m, integrate(m, begin, free @ x))) @ free)
 
         jacobian = slopes if m.nq == m.nv else "2-point"  # ball joints do not add up
-        best = least_squares(residual, np.zeros(free.shape[1]), jacobian, xtol=1e-15, ftol=1e-15, gtol=1e-12, max_nfev=MOST)
+        best = least_squares(residual, x0, jacobian, xtol=1e-15, ftol=1e-15, gtol=1e-12, max_nfev=MOST)
         size = float(np.linalg.norm(best.fun))
         pose = opening(m, integrate(m, begin, free @ best.x), bool(best.optimality <= FLAT * size))
         found.append((size, pose))
+        if pose.closed:
+            break
     return min(found, key=lambda x: x[0])[1]

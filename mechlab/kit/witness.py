@@ -62,30 +62,16 @@ def engine_answers(
     starts: Sequence[Array | None] | None = None,
     steps: int = 10,
     output: str | None = None,
+    unit: float = 1.0,
 ) -> list[Answer]:
     """`engine_answer` at `count` poses, given as numbers or arrays (count,); starts: a pose (nq,) or None for each; steps: least number
-    of those of the path that a search takes from a given start.
+    of those of the path that a search takes from a given start; unit: length [m] in which m is measured, for what the notes say.
 
     All poses are closed together, from where the engine closes each by its own kinematics (`mechlab.engines.closer.confirmed`); what is
     not surely regular there, or does not close on this way, is searched pose by pose.
     """
     if m.length_scale != 1.0:
         return _in_own_unit(witness, m, given, wanted, count, starts, steps, output)
-    return _answers(witness, m, given, wanted, count, starts, steps, output)
-
-
-def _answers(
-    witness: str,
-    m: Mechanism,
-    given: Mapping[str, Any],
-    wanted: Sequence[str],
-    count: int,
-    starts: Sequence[Array | None] | None,
-    steps: int,
-    output: str | None,
-    unit: float = 1.0,
-) -> list[Answer]:
-    """`engine_answers` of a mechanism measured in a unit of length [m]."""
     try:
         r = engine(witness)
         found = _together(r, m, given, wanted, count, starts, output)
@@ -259,8 +245,10 @@ def _in_own_unit(
     scaled = {k: np.asarray(x) / length(k) if length(k) != 1.0 else x for k, x in given.items()}
     lengths = {k: length(k) for k in wanted}
     out = []
-    for answer in _answers(witness, in_unit_of_length(m, unit), scaled, wanted, count, begin, steps, output, unit):
-        out.append(replace(answer, values={k: x * lengths[k] for k, x in answer.values.items()}))
+    for answer in engine_answers(witness, in_unit_of_length(m, unit), scaled, wanted, count, begin, steps, output, unit):
+        own = answer.status is Status.BOUNDARY
+        notes = tuple(f"{n} (lengths in units of {unit:g} m)" if own and " by " in n else n for n in answer.notes)
+        out.append(replace(answer, values={k: x * lengths[k] for k, x in answer.values.items()}, notes=notes))
     return out
 
 
