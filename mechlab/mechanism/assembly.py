@@ -18,6 +18,9 @@ from mechlab.mechanism.newton import Assembly, Status, follow, newton
 from mechlab.mechanism.parts import LOOP_ROWS, Body
 from mechlab.mechanism.structure import independent_rows, rows_repeat
 
+NEAR = 1e-6
+"""Poses that differ by less [rad or m] are in the same mode: where two modes are so close the sign is rounding."""
+
 
 def _tree(mechanism: Mechanism) -> tuple[TreeKinematics, ConstraintSet]:
     return TreeKinematics(mechanism), ConstraintSet(mechanism)
@@ -96,7 +99,10 @@ def mode_sign(mechanism: Mechanism, q: Array, held: Sequence[str]) -> int:
 
 
 def same_mode(mechanism: Mechanism, before: Array, after: Array, held: Sequence[str]) -> bool:
-    """True when both poses lie in the same assembly mode for the `held` joints, or when the sign does not decide."""
+    """True when both poses lie in the same assembly mode for the `held` joints, when they are one pose to NEAR, or when the sign does
+    not decide."""
+    if float(np.max(np.abs(before - after), initial=0.0)) < NEAR:
+        return True
     tree, constraints = _tree(mechanism)
     if rows_repeat(mechanism):
         rows = np.array([mechanism.row(n) for n in held]).reshape(len(held), mechanism.nv)

@@ -206,7 +206,7 @@ def sheet_delivery() -> Evidence:
 def cutter_torque() -> Evidence:
     """Torque of the main shaft in the cut, clutch of periodic turning over linkage, for the sizes of the entry knife_drive."""
     p, computed = KnifeDrive(), dict[str, Any]()
-    shares = np.linspace(0.05, 0.45, 9)
+    shares = np.linspace(0.05, 0.45, 5)
     best = [closed_form.best_mount(replace(p, crank=float(x) * p.frame).linkage, p.knife, 0.0)[1] for x in shares]
     for rest in (0.0, 45.0, 90.0):  # a clutch that rests turns faster while it holds
         computed[f"best factor for cranks 0.05 to 0.45 of the frame, the clutch rests {rest:g} deg"] = [

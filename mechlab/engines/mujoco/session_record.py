@@ -34,6 +34,7 @@ class _Replay:
         self.laws = Driver(s.mechanism, s.scene.laws, MujocoPlant(s.mechanism, s.model, data, s.map))
         self.targets = tuple(dict.fromkeys((*self.drives.on, *self.laws.targets)))
         self.work = 0.0
+        self.leads = False
         self._forces: Array = np.zeros(0)
 
     @property
