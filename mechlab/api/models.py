@@ -208,7 +208,7 @@ def claims(
 
     Options:
         figure=[N]: compute a figure of the source: its number or name as printed, or all; the ledger lists them
-        out=FILE: picture of the figure (.png, .svg, .pdf), or a folder for several
+        out=FILE: picture of the figure (.png, .svg, .pdf; .gif: in motion, where something moves), or a folder for several
     """
     from mechlab.studies.check.claims import run_claims
     from mechlab.studies.check.figures import ALL, SUFFIXES, make_figures

@@ -55,7 +55,7 @@ VERBS: dict[str, Verb] = {
     ),
     "solve": Verb(
         "give some quantities, get the others from each witness",
-        "NAME|toolpath|bspline|regions key=value ...",
+        "NAME|toolpath|bspline|regions|assur key=value ...",
         flags={"only": "--of"},
         switches={
             "--sensitivity": Switch(
@@ -113,6 +113,10 @@ VERBS: dict[str, Verb] = {
     "optimize": Verb(
         "the best parameters for a goal under constraints; the front of two goals",
         "NAME [key=lo:hi or key=value ...]",
+    ),
+    "fit": Verb(
+        "parameters from measured series: values with 95 % intervals, and what the data do not determine",
+        "NAME data.csv [key=lo:hi or key=value ...]",
     ),
     "workspace": Verb(
         "where a mechanism can be: nodes, volume, margins, dexterity, surface, two designs compared",

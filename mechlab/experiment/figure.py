@@ -129,13 +129,17 @@ class Drawing:
 
 @dataclass(frozen=True)
 class SourceFigure:
-    """A figure of a source. name: as printed, "figure 7"; draw() computes it; claims: ids of the claims that are about it."""
+    """A figure of a source. name: as printed, "figure 7"; draw() computes it; claims: ids of the claims that are about it.
+
+    film(phase): the same in motion, its drawing at a share 0 <= phase < 1 of the motion; None where nothing moves.
+    """
 
     name: str
     shows: str
     source: Publication
     draw: Callable[[], Drawing]
     claims: tuple[str, ...] = ()
+    film: Callable[[float], Drawing] | None = None
 
     @property
     def stem(self) -> str:

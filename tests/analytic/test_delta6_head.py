@@ -184,6 +184,23 @@ def test_loss_factors():
         delta6.approach_loss(20, 20, 2.0)
 
 
+def test_loss_along_the_line_of_action_against_statics():
+    """Moments of the tilted reaction about both axes, by vectors: gears about (-r1, 0) and (r2, 0), module 1, driver turning by +1."""
+    rng = np.random.default_rng(5)
+    along = np.array([np.sin(np.radians(20.0)), np.cos(np.radians(20.0))])
+    for _ in range(30):
+        z1, z2, f, s = rng.integers(15, 60), rng.integers(15, 60), rng.uniform(0.0, 0.2), rng.uniform(-2.0, 2.0)
+        contact, a, c = s * along, np.array([-z1 / 2, 0.0]), np.array([z2 / 2, 0.0])
+        spin = np.array([[0.0, -1.0], [1.0, 0.0]])
+        slide = spin @ (contact - a) + z1 / z2 * (spin @ (contact - c))  # of the driver's tooth on the driven one
+        force = along + f * slide / np.linalg.norm(slide)
+        moments = [(p[0] * force[1] - p[1] * force[0]) for p in (contact - a, contact - c)]
+        assert delta6.contact_loss(z1, z2, f, s) == pytest.approx(moments[0] / -moments[1] * z2 / z1, abs=1e-12)
+    np.testing.assert_array_equal(delta6.contact_loss(19, 31, 0.2, [0.0, 0.0]), 1.0)
+    with pytest.raises(MechlabError, match="locks"):
+        delta6.contact_loss(20, 20, 2.0, -2.0)
+
+
 def test_torque_table():
     chain = delta6.torque_chain(50.0)
     np.testing.assert_allclose(chain.frictionless, delta6.SOURCE_TABLE_FRICTIONLESS, atol=6e-3)

@@ -83,6 +83,8 @@ VERDICTS: dict[str, tuple[Verdict, str]] = {
     "C53": (ONLY_IF, "border f = 0"),
     "C54": (ONLY_IF, "corners are left out"),
     "C55": (ONLY_IF, "f is not 0.*three values"),
+    "C56": (ONLY_IF, "gains are in the printed order.*0.457 rad"),
+    "C57": (Verdict.UNREADABLE, "just below it"),
 }
 
 
@@ -197,6 +199,9 @@ OTHERWISE: list[tuple[str, str, str, Any, Verdict]] = [
     ("C35", "claims_head", "GAINS", {"a": (240.0, 480.0), "b": (-1.0, 240.0)}, HOLDS),
     ("C35", "claims_head", "GAINS", {"a": (-1.0, 480.0), "b": (480.0, 240.0)}, MISPRINT),
     ("C36", "claims_head", "GAINS", {"critical": (2.0 * 480.0**0.5, 480.0)}, HOLDS),
+    ("C56", "claims_head", "GAINS", {"velocity 240, position 480": (480.0, 240.0), "velocity 480, position 240": (480.0, 240.0)}, FAILS),
+    ("C56", "claims_head", "GAINS", {"velocity 240, position 480": (240.0, 480.0), "velocity 480, position 240": (240.0, 480.0)}, HOLDS),
+    ("C57", "claims_head", "GAINS", {"velocity 240, position 480": (0.1, 1.0)}, FAILS),
     ("C38", "claims_mesh", "PRINTED_CONTACT", (0.023579, 0.064782), HOLDS),
     ("C38", "claims_mesh", "PRINTED_SLIDING", (0.1234, -0.0472), MISPRINT),
     ("C39", "claims_mesh", "PRINTED_RADIUS", 0.03, HOLDS),

@@ -25,7 +25,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
     folder = tmp_path_factory.mktemp("site")
     root = shutil.copytree(DOCS, folder / "docs", ignore=shutil.ignore_patterns("generated", "_build"))
-    for name in ("CHANGELOG.md", "assets", "models"):
+    for name in ("CHANGELOG.md", "assets", "examples", "models"):
         (folder / name).symlink_to(DOCS.parent / name)
     command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-D", "with_gallery=0", str(root), str(folder / "html")]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300, cwd=DOCS.parent)

@@ -63,6 +63,30 @@ def test_several_panels_and_formats(tmp_path: Path) -> None:
         assert picture(tmp_path / f"a{suffix}", *panels).stat().st_size > 3000
 
 
+def test_a_film_moves(tmp_path: Path) -> None:
+    """Its frames differ, and its first one is the drawing at half a step; a figure in which nothing moves has no film."""
+    from PIL import Image
+
+    asked: list[float] = []
+
+    def frame(phase: float) -> Drawing:
+        asked.append(phase)
+        return Drawing((Panel("p", "x", "y", (Curve(X, phase * X),), y_range=(0.0, 1.0)),))
+
+    still = SourceFigure("figure 3", "A line.", SOURCE, lambda: frame(0.0))
+    with pytest.raises(MechlabError, match=r"nothing moves in figure 3.*\.png"):
+        write_picture(still, still.draw(), tmp_path / "a.gif")
+    asked.clear()
+    path = write_picture(SourceFigure("figure 3", "A line.", SOURCE, still.draw, film=frame), still.draw(), tmp_path / "a.gif")
+    pictures = []
+    with Image.open(path) as film:
+        assert film.n_frames == len(asked) - 1 and asked[1:] == [(k + 0.5) / film.n_frames for k in range(film.n_frames)]
+        for k in (0, film.n_frames - 1):
+            film.seek(k)
+            pictures.append(np.asarray(film.convert("RGB"), dtype=int))
+    assert np.abs(pictures[0] - pictures[1]).max() > 100
+
+
 def test_the_ledger_lists_figures_and_finds_them_by_number(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     figure = SourceFigure("Figure 12a", "x", SOURCE, lambda: Drawing(()))
     assert all(figure.is_called(name) for name in ("12a", "figure 12a", "Figure_12a"))

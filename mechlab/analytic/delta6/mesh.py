@@ -80,31 +80,51 @@ def contact_point(distance: ArrayLike, pressure_angle: float = PRESSURE_ANGLE) -
     return np.stack([x * math.sin(pressure_angle), x * math.cos(pressure_angle)], axis=-1)
 
 
+def contact_loss(
+    driver_teeth: float, driven_teeth: float, friction: float, distance: ArrayLike, pressure_angle: float = PRESSURE_ANGLE
+) -> FloatArray:
+    """Driver torque over its frictionless value with one contact at the distance s (...) from the pitch point, in modules.
+
+    [1 + f (tan a + s/r_b1) sgn s] / [1 + f (tan a - s/r_b2) sgn s] with 1 the driver; s < 0 in approach, before the pitch
+    point. The friction turns round at s = 0, where teeth roll: 1 there. Raises MechlabError where the mesh locks.
+    """
+    above, below = contact_levers(driver_teeth, driven_teeth, friction, distance, pressure_angle)
+    if np.any(below <= 0.0):
+        raise MechlabError(
+            f"the mesh locks: the loss denominator is {float(below.min()):.3g}; expected a positive value. "
+            "Use a smaller friction coefficient"
+        )
+    return np.asarray(above / below)
+
+
+def contact_levers(
+    driver_teeth: float, driven_teeth: float, friction: float, distance: ArrayLike, pressure_angle: float = PRESSURE_ANGLE
+) -> tuple[FloatArray, FloatArray]:
+    """Levers (...) of the reaction about driver and driven gear, each over the base radius of that gear; both 1 at s = 0.
+
+    Numerator and denominator of `contact_loss`: torques of several contacts with equal normal forces add up as they do.
+    """
+    s, f = finite("distance", distance), number("friction", friction)
+    tangent, base, side = math.tan(pressure_angle), 0.5 * math.cos(pressure_angle), np.sign(s)
+    driver = 1.0 + f * side * (tangent + s / (number("driver_teeth", driver_teeth, above=0.0) * base))
+    driven = 1.0 + f * side * (tangent - s / (number("driven_teeth", driven_teeth, above=0.0) * base))
+    return np.asarray(driver), np.asarray(driven)
+
+
 def approach_loss(
     driver_teeth: float, driven_teeth: float, friction: float, pressure_angle: float = PRESSURE_ANGLE
 ) -> float:
-    """Driver torque over its frictionless value with contact at the tip of the driven gear.
-
-    [1 - f (tan a - x/r_b1)] / [1 - f (tan a + x/r_b2)], x = tip distance of the driven gear; 1 is the driver.
-    Raises MechlabError if the mesh locks (denominator <= 0).
-    """
-    x = tip_distance(driven_teeth, 1.0, pressure_angle)
-    tangent, base = math.tan(pressure_angle), 0.5 * math.cos(pressure_angle)
-    f = number("friction", friction)
-    return _loss(1.0 - f * (tangent - x / (driver_teeth * base)), 1.0 - f * (tangent + x / (driven_teeth * base)))
+    """`contact_loss` with the contact at the tip of the driven gear, where it begins."""
+    begin = -tip_distance(driven_teeth, 1.0, pressure_angle)
+    return float(contact_loss(driver_teeth, driven_teeth, friction, begin, pressure_angle))
 
 
 def recess_loss(
     driver_teeth: float, driven_teeth: float, friction: float, pressure_angle: float = PRESSURE_ANGLE
 ) -> float:
-    """Driver torque over its frictionless value with contact at the tip of the driver.
-
-    [1 + f (tan a + x/r_b1)] / [1 + f (tan a - x/r_b2)], x = tip distance of the driver; 1 is the driver.
-    """
-    x = tip_distance(driver_teeth, 1.0, pressure_angle)
-    tangent, base = math.tan(pressure_angle), 0.5 * math.cos(pressure_angle)
-    f = number("friction", friction)
-    return _loss(1.0 + f * (tangent + x / (driver_teeth * base)), 1.0 + f * (tangent - x / (driven_teeth * base)))
+    """`contact_loss` with the contact at the tip of the driver, where it ends."""
+    end = tip_distance(driver_teeth, 1.0, pressure_angle)
+    return float(contact_loss(driver_teeth, driven_teeth, friction, end, pressure_angle))
 
 
 def torque_chain(output: float, ratios: ArrayLike = SOURCE_STAGE_RATIOS, losses: ArrayLike = 1.0) -> TorqueChain:
@@ -117,12 +137,3 @@ def torque_chain(output: float, ratios: ArrayLike = SOURCE_STAGE_RATIOS, losses:
     frictionless = np.concatenate([start, output * np.cumprod(ratio)])
     growth = np.concatenate([[1.0], np.cumprod(loss)])
     return TorqueChain(frictionless, frictionless * growth, growth - 1.0)
-
-
-def _loss(numerator: float, denominator: float) -> float:
-    if denominator <= 0.0:
-        raise MechlabError(
-            f"the mesh locks: the loss denominator is {denominator:.3g}; expected a positive value. "
-            "Use a smaller friction coefficient"
-        )
-    return numerator / denominator

@@ -1,5 +1,6 @@
 """The closed gear differential ("gear CVT"): speeds, moments, mass matrix, steady states, exact motions."""
 
+from mechlab.analytic.differential.converter import Converter, ConverterState, converter_state, shares
 from mechlab.analytic.differential.motion import Contact, DifferentialMotion, motion, predicted_lag, reactions
 from mechlab.analytic.differential.statics import (
     Inertias,
@@ -32,9 +33,9 @@ from mechlab.analytic.differential.train import (
 )
 
 __all__ = [
-    "Contact", "Inertias", "MeshMoments", "DifferentialMotion", "Speeds", "SteadyState", "Train",
-    "backstop", "block_torques", "braked_ratios", "carrier_mass_matrix", "conditions", "drag_ratio", "drag_stall",
+    "Contact", "Converter", "ConverterState", "Inertias", "MeshMoments", "DifferentialMotion", "Speeds", "SteadyState", "Train",
+    "backstop", "block_torques", "braked_ratios", "carrier_mass_matrix", "conditions", "converter_state", "drag_ratio", "drag_stall",
     "held_output_moment", "housing_drag", "internal_moment", "mass_matrix", "mesh_moments", "mobility", "momentum_row",
-    "motion", "power_rate", "predicted_lag", "printed_speeds", "printed_z4", "reactions", "speeds",
+    "motion", "power_rate", "predicted_lag", "printed_speeds", "printed_z4", "reactions", "shares", "speeds",
     "start_moment", "start_ratio",
 ]  # fmt: skip

@@ -5,8 +5,7 @@ from __future__ import annotations
 from mechlab.catalog.bibliography import GEAR_CVT
 from mechlab.catalog.closed_differential.build import Parameters, build
 from mechlab.catalog.closed_differential.checks import CHECKS, warnings
-from mechlab.catalog.closed_differential.claims import CLAIMS
-from mechlab.catalog.closed_differential.law import FIGURES
+from mechlab.catalog.closed_differential.claims import CLAIMS, FIGURES
 from mechlab.catalog.closed_differential.questions import CHANNELS, QUESTIONS, expand, reference
 from mechlab.catalog.closed_differential.scenes import SCENES
 from mechlab.experiment.entry import Entry, PlotRecipe

@@ -101,6 +101,11 @@ class Parameters:
     motor_power: float = parameter(1e4, "W", "power of the scene constant-power", source=SOURCE)
     load_drag: float = parameter(4.0, "N m s", "viscous load of H2 in the scenes with a motor", source=LAB, low=0)
 
+    brake_moment: float = parameter(400.0, "N m", "dry brake on block 36 in the scene braked-start", source=LAB, low=0)
+    converter_capacity: float = parameter(6e-4, "N m s2", "capacity of the torque converter", source=LAB, low=0, strict=True)
+    converter_stall: float = parameter(5.0, "", "its moment ratio with the turbine at rest", source=LAB, low=1, strict=True)
+    converter_efficiency: float = parameter(0.85, "", "its best efficiency", source=LAB, low=0, strict=True, high=1)
+
     def __post_init__(self) -> None:
         closed.Train(*self.teeth)
         if self.teeth[2] < 16 or self.teeth[5] < 16:
@@ -112,6 +117,10 @@ class Parameters:
     def train(self) -> closed.Train:
         """The train for the closed forms."""
         return closed.Train(*self.teeth)
+
+    def converter(self, lossless: bool = False) -> closed.Converter:
+        """The torque converter of the figure 1 of the source, or one without losses."""
+        return closed.Converter(self.converter_capacity, self.converter_stall, self.converter_efficiency, lossless)
 
     @property
     def radii(self) -> tuple[float, float]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from mechlab.analytic import differential as closed
 from mechlab.catalog.bibliography import GEAR_CVT
-from mechlab.catalog.closed_differential import law
+from mechlab.catalog.closed_differential import converter, law, starts
 from mechlab.catalog.closed_differential.build import STATED_TEETH, USED_TEETH, Parameters, build
 from mechlab.catalog.closed_differential.checks import EXAMPLE, LAB, SOLVERS, answers, rounded
 from mechlab.catalog.closed_differential.questions import Machine, machine, mesh_sums
@@ -314,4 +314,5 @@ def synthesis() -> Evidence:
     return evidence(computed, solved=solved)
 
 
-CLAIMS = (*LEDGER.claims, *law.CLAIMS)
+CLAIMS = (*LEDGER.claims, *law.CLAIMS, *converter.CLAIMS, *starts.CLAIMS)
+FIGURES = (*law.FIGURES, *converter.FIGURES, *starts.FIGURES)

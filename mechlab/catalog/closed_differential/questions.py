@@ -6,7 +6,7 @@ Pinocchio and MuJoCo answer with a mass matrix and constraint rows of their own 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from typing import Any
@@ -15,6 +15,7 @@ import numpy as np
 
 from mechlab.analytic import differential as closed
 from mechlab.catalog.closed_differential.build import Parameters, build
+from mechlab.catalog.closed_differential.scenes import TorqueConverter
 from mechlab.engines.protocol import engine
 from mechlab.errors import EngineMissing, MechlabError, NoSolution
 from mechlab.experiment.held_rates import HeldRates, RateHold, ViscousBetween
@@ -226,15 +227,16 @@ def reference(p: Parameters, scene: Scene) -> Recording:
     J, on = closed.mass_matrix(p.train, p.inertias), rows(p)
     held = [law for law in scene.laws if isinstance(law, HeldRates)]
     laws = [x for law in scene.laws for x in (law.laws if isinstance(law, HeldRates) else (law,))]
-    motors = [law for law in laws if isinstance(law, ConstantPower)]
-    terms = [(law, *_term(law, on)) for law in laws if law not in motors]
+    curved = [law for law in laws if isinstance(law, ConstantPower | TorqueConverter)]
+    motors = [law for law in curved if isinstance(law, ConstantPower)]
+    terms = [(law, *_term(law, on)) for law in laws if law not in curved]
     damping = sum((c * np.outer(row, row) for _, row, _, c in terms), np.zeros((2, 2)))
     force = sum((f * row for _, row, f, _ in terms), np.zeros(2))
     start = closed.speeds(p.train, w_H1=scene.initial_rates["H1"], w_H2=scene.initial_rates["H2"])
     w0, t = np.array([start.w1, start.w3]), np.linspace(0.0, scene.duration, SAMPLES)
     moments: Mapping[str, Array] = {}
-    if motors:
-        angles, rates = _powered_motion(J, damping, force, [(law, on[law.on]) for law in motors], w0, t)
+    if curved:
+        angles, rates = _curved_motion(J, damping, force, [partial(_push, law, on) for law in curved], w0, t)
     else:
         found = closed.motion(J, damping, force, w0, tuple(_contact(x, on) for law in held for x in law.holds), t)
         t, angles, rates, moments = found.t, found.angles, found.rates, found.moments
@@ -246,20 +248,34 @@ def reference(p: Parameters, scene: Scene) -> Recording:
         w = rates @ on[name]
         acting = [f - c * w for law, _, f, c in terms if getattr(law, "on", "") == name]
         acting += [_powered(law, w) for law in motors if law.on == name]
+        acting += [_turbine(law, rates @ on[law.pump], w) for law in curved if isinstance(law, TorqueConverter) and law.turbine == name]
         made.channels[f"{name}_force"] = sum(acting, moments.get(name, 0.0) + 0.0 * w)
         made.units[f"{name}_force"] = "N m"
     return made
 
 
-def _powered_motion(
-    J: Array, damping: Array, force: Array, motors: Sequence[tuple[ConstantPower, Array]], w0: Array, t: Array
+def _turbine(law: TorqueConverter, pump: Array, turbine: Array) -> Array:
+    """(n,) moment [N m] of the turbine at speeds (n,) [rad/s]."""
+    return np.array([law.converter.moments(float(x), float(y))[1] for x, y in zip(pump, turbine, strict=True)])
+
+
+def _push(law: ConstantPower | TorqueConverter, on: Mapping[str, Array], w: Array) -> Array:
+    """(2,) moments on the blocks of a law that is not linear in the rates."""
+    if isinstance(law, ConstantPower):
+        return np.asarray(_powered(law, on[law.on] @ w) * on[law.on])
+    pump, turbine = on[law.pump], on[law.turbine]
+    taken, given = law.converter.moments(float(pump @ w), float(turbine @ w))
+    return np.asarray(given * turbine - taken * pump)
+
+
+def _curved_motion(
+    J: Array, damping: Array, force: Array, pushes: Sequence[Callable[[Array], Array]], w0: Array, t: Array
 ) -> tuple[Array, Array]:
     inverse = np.linalg.inv(J)
 
     def slope(_: float, y: Array) -> Array:
         w = y[2:]
-        pushes = (float(_powered(law, np.asarray(row @ w))) * row for law, row in motors)
-        return np.concatenate([w, inverse @ sum(pushes, force - damping @ w)])
+        return np.concatenate([w, inverse @ sum((push(w) for push in pushes), force - damping @ w)])
 
     found = integrate_adaptive(slope, 0.0, np.concatenate([np.zeros(2), w0]), float(t[-1]), rtol=1e-11, atol=1e-11)
     if not found.complete:

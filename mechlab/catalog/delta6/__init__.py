@@ -21,6 +21,7 @@ from mechlab.catalog.delta6 import (
     workspace,
 )  # fmt: skip
 from mechlab.catalog.delta6.build import build
+from mechlab.catalog.delta6.figures import FIGURES
 from mechlab.catalog.delta6.parameters import Delta6Parameters
 from mechlab.catalog.delta6.poses import expand
 from mechlab.catalog.delta6.scenes import CHANNELS, SCENES, reference
@@ -78,6 +79,7 @@ ENTRY = Entry(
     questions=(*questions.QUESTIONS, *head.QUESTIONS, workspace.MARGIN),
     checks=tuple(sorted(CHECKS, key=lambda check: int(check.id[1:]))),
     claims=tuple(sorted((claim for ledger in LEDGERS for claim in ledger.claims), key=lambda claim: claim.id)),
+    figures=FIGURES,
     reference=reference,
     expand=expand,
     channels=CHANNELS,

@@ -29,6 +29,7 @@ from mechlab.kit.claims import (
     none,
     only_if,
     true,
+    unreadable,
 )
 from mechlab.mechanism import Inertia, Mechanism
 from mechlab.mechanism.geometry import Array
@@ -150,7 +151,7 @@ def targets() -> Evidence:
     misprint("velocity 480, position 240: the printed order is unstable",
              when=none("printed_is_stable") & true("other_is_stable")),
     cannot("both orders converge and are strongly overdamped; the printed one is far quicker and more plausible, "
-           "but only the curves of figure 9 could decide"),
+           "and the largest number on the axis of figure 9 speaks for it (C56)"),
 )  # fmt: skip
 def gain_order() -> Evidence:
     """'Velocity and position: 240, 480': what each order would do."""
@@ -238,3 +239,37 @@ def accuracy() -> Evidence:
     exact, *others = cases.values()
     computed = {f"integration: angles off the error law, {k} [rad]": v for k, v in cases.items()}
     return evidence(computed, exact=exact, worst=max(others))
+
+
+def _ends(gains: tuple[float, float]) -> Array:
+    """(2, 3) smallest and largest alpha, beta, gamma under ideal control from the printed initial state, over 6 s."""
+    t = np.linspace(0.0, 6.0, 1201)
+    errors = closed.error_response(t[:, None], closed.SOURCE_START_ERRORS, closed.SOURCE_START_ERROR_RATES, *gains).error
+    angles = closed.source_targets(t).angles + errors
+    return np.array([angles.min(axis=0), angles.max(axis=0)])
+
+
+@LEDGER.claim(
+    "C56", "figure 9", "The axis of the angles is numbered -0.2, 0, 0.2, 0.4 (rad).", [-0.2, 0.4],
+    fails("gamma leaves the axis with the printed gains too",
+          when=~below(0.4, "analytic: largest angle, velocity 240, position 480 [rad]")),
+    holds("with either order of the gains", when=below(0.4, "analytic: largest angle, *")),
+    only_if("the gains are in the printed order (C35): exchanged, gamma would rise to {other:.3f} rad, beyond the largest number"),
+)  # fmt: skip
+def axis_of_the_angles() -> Evidence:
+    """Smallest and largest angle with both orders of the gains."""
+    ends = {name: _ends(gains) for name, gains in GAINS.items()}
+    computed = {f"analytic: largest angle, {name} [rad]": float(x[1].max()) for name, x in ends.items()}
+    computed |= {f"analytic: smallest angle, {name} [rad]": float(x[0].min()) for name, x in ends.items()}
+    return evidence(computed, other=float(ends["velocity 480, position 240"][1].max()))
+
+
+@LEDGER.claim(
+    "C57", "figure 11", "A number on the axes of the phase paths is 0.15, with a stroke before it; alpha stands beside it.", 0.15,
+    fails("alpha goes beyond it", when=~below(0.15, "analytic: largest |alpha| [rad]")),
+    unreadable("if it is 0.15 rad of alpha, our path ends just below it; the stroke may be a sign or a tick"),
+)  # fmt: skip
+def axis_of_alpha() -> Evidence:
+    """How far alpha goes to both sides with the printed gains."""
+    low, high = _ends(GAINS["velocity 240, position 480"])[:, 0].tolist()
+    return evidence({"analytic: alpha [rad]": [low, high], "analytic: largest |alpha| [rad]": max(-low, high)})

@@ -8,13 +8,17 @@ from pathlib import Path
 from textwrap import fill
 from typing import Any
 
+import numpy as np
+
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.entry import Entry
 from mechlab.experiment.figure import Curve, Drawing, Panel, SourceFigure
 from mechlab.files import unfinished
 from mechlab.studies.picture_style import fewer_colors, new_figure, open_frame
 
-SUFFIXES = (".png", ".svg", ".pdf")
+SUFFIXES = (".png", ".svg", ".pdf", ".gif")
+FRAMES, FRAME_TIME = 32, 90
+"""Pictures of a film (.gif), and how long each of them is shown [ms]."""
 ALL = "all"
 """The name that stands for every figure."""
 HEADERS = ("read from the figure", "printed", "ours", "unit")
@@ -65,9 +69,11 @@ def figures_of(entries: Sequence[Entry], name: str) -> list[tuple[Entry, SourceF
 
 
 def make_figures(entries: Sequence[Entry], name: str, out: str | Path | None = None) -> list[Drawn]:
-    """Compute the figures that `name` asks for, and draw them: one into a file (.png, .svg, .pdf), or each into the folder `out`.
+    """Compute the figures that `name` asks for, and draw them: one into a file (.png, .svg, .pdf; .gif: its film), or each into the
+    folder `out`.
 
-    Raises MechlabError for an unknown name, for another suffix, and for several figures into one file.
+    Raises MechlabError for an unknown name, for another suffix, for several figures into one file, and for a film of a figure in which
+    nothing moves.
     """
     chosen = figures_of(entries, name)
     target = None if out is None else Path(out)
@@ -92,15 +98,34 @@ def checked_suffix(path: Path) -> None:
 
 
 def write_picture(figure: SourceFigure, drawing: Drawing, path: Path) -> Path:
-    """Draw a figure into a file, in the format of its suffix."""
+    """Draw a figure into a file, in the format of its suffix; .gif: its film. Raises MechlabError where there is none."""
     import matplotlib
 
+    if path.suffix.lower() == ".gif":
+        return _write_film(figure, path)
     with matplotlib.rc_context({"svg.hashsalt": "mechlab", "font.size": 10, "text.color": INK, "path.simplify_threshold": 0.5}):
         picture = _picture(figure, drawing)
         with unfinished(path) as temporary:
             picture.savefig(temporary, metadata={"Date": None} if path.suffix == ".svg" else None)
             if path.suffix == ".png":
                 _keep_small(temporary)
+    return path
+
+
+def _write_film(figure: SourceFigure, path: Path) -> Path:
+    import matplotlib
+    from PIL import Image
+
+    if figure.film is None:
+        raise MechlabError(f"figure {path}: nothing moves in {figure.name}; expected a name that ends in {', '.join(SUFFIXES[:-1])}.")
+    frames = []
+    with matplotlib.rc_context({"font.size": 10, "text.color": INK}):
+        for k in range(FRAMES):
+            picture = _picture(figure, figure.film((k + 0.5) / FRAMES))
+            picture.canvas.draw()
+            frames.append(Image.fromarray(np.asarray(picture.canvas.buffer_rgba())).convert("RGB").quantize(FEW_COLORS[-1]))
+    with unfinished(path) as temporary:
+        frames[0].save(temporary, format="GIF", save_all=True, append_images=frames[1:], duration=FRAME_TIME, loop=0, optimize=True)
     return path
 
 
@@ -152,7 +177,7 @@ def _draw_panel(axes: Any, panel: Panel, columns: int) -> None:
     if panel.y_range:
         axes.set_ylim(panel.y_range)
     if panel.equal:
-        axes.set_aspect("equal", adjustable="datalim")
+        axes.set_aspect("equal", adjustable="box" if panel.x_range and panel.y_range else "datalim")
     axes.grid(True, color="#e3e6ea", lw=0.6)
     axes.set_axisbelow(True)
     open_frame(axes)
