@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Protocol, TypeVar
 
 import numpy as np
 
-from mechlab.errors import unknown
+from mechlab.errors import explained, unknown
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 
@@ -69,7 +69,7 @@ def register(kind: str) -> Callable[[T], T]:
 
     def add(cls: T) -> T:
         cls.kind = kind  # type: ignore[attr-defined]
-        LAWS[kind] = cls
+        LAWS[kind] = explained(cls)
         return cls
 
     return add
