@@ -194,6 +194,7 @@ RESULTS: dict[str, Any] = {
     ),
     "run": lambda p: ml.run("pendulum", {"duration": 0.2}, p),
     "optimize": lambda p: ml.optimize("pendulum", length=(0.5, 1.0), maximize="length", evaluations=40),
+    "fit": lambda p: ml.fit("fourbar", ROOT / "tests" / "studies" / "measured_angles.csv", crank=(0.05, 0.2)),
     "synthesize": lambda p: ml.synthesize("planetary", ratio=6, planets=3),
     "compare": lambda p: ml.compare("walking"),
     "doctor": lambda p: ml.doctor("pendulum"),

@@ -17,7 +17,7 @@ from mechlab.errors import MechlabError
 from mechlab.values import Range
 from tests.test_options import COMMANDS
 
-NOT_AN_OPTION = {"source", "sources", "values", "progress", "task", "kind", "path"}
+NOT_AN_OPTION = {"source", "sources", "data", "values", "progress", "task", "kind", "path"}
 """What is asked about, and where progress is told."""
 ONLY_FOR_THE_COMMAND_LINE = {("sweep", "command")}
 """The command that a dataset remembers."""
@@ -29,6 +29,7 @@ LIKE: dict[str, dict[str, str]] = {
     "cycle": {
         "drive": "--drive", "output": "--output", "points": "--points", "span": "--span", "fidelity": "--fidelity", "out": "-o",
     },
+    "fit": {"free": "--free", "noise": "--noise", "scene": "--scene", "fidelity": "--fidelity", "engine": "--engine", "out": "-o"},
     "generate": {"out": "-o", "fidelity": "--fidelity", "also": "--also"},
     "modes": {"scene": "--scene", "fidelity": "--fidelity", "free": "--free", "out": "-o", "html": "--html", "only": "--mode"},
     "optimize": {

@@ -62,6 +62,8 @@ SWEEP = "sweep pendulum length=0.5,1.5 --duration 0.05"
 CHART = "chart pendulum --duration 0.1"
 VIEW = "view pendulum duration=0.2"
 TRACK = "track fourbar crank_angle=1:2:5"
+FIT = f"fit fourbar {Path(__file__).parent}/studies/measured_angles.csv crank=.05:.2"
+FIT_RUN = f"fit pendulum {Path(__file__).parent}/studies/measured_swing.csv length=.5:2"
 STABLE = "stability fourbar coupler_mass=1e-3:1e3:3 --budget 1 --scene free-run --methods RK4"
 
 COMMANDS: dict[tuple[str, str], list[Differ | Writes | Refused]] = {
@@ -177,7 +179,7 @@ COMMANDS: dict[tuple[str, str], list[Differ | Writes | Refused]] = {
         Refused("claims crank=1", "crank"),
     ],
     ("claims", "-o"): [
-        Writes("claims gear_linkage --figure all -o {}/a.png", "a.png"), Refused("claims closed_differential -o {}/a.gif", ".svg"),
+        Writes("claims planetary --figure all -o {}/a.png", "a.png"), Refused("claims planetary -o {}/a.gif", ".svg"),
         Refused("claims pendulum -o {}/a.png", "pendulum"),
     ],
     ("chart", "--scene"): [Refused(f"{CHART} --scene no", "'no'"), Differ("chart fourbar --duration 0.02", "--scene free-run", slow=True)],
@@ -210,6 +212,12 @@ COMMANDS: dict[tuple[str, str], list[Differ | Writes | Refused]] = {
     ("optimize", "--evaluations"): [Refused("optimize pendulum length=.5:1 --maximize length --evaluations 4", "at least 40")],
     ("optimize", "--seed"): [Differ("optimize pendulum length=.5:1 --maximize length --evaluations 40", "--seed 3")],
     ("optimize", "-o"): [Writes("optimize pendulum length=.5:1 --maximize length --evaluations 40 -o {}/o", "o/optimum.json")],
+    ("fit", "--free"): [Differ(FIT, "--free coupler"), Refused(f"{FIT} --free mode", "a whole number")],
+    ("fit", "--noise"): [Differ(FIT, "--noise rocker_angle=3deg"), Refused(f"{FIT} --noise crank=1mm", "rocker_angle")],
+    ("fit", "--scene"): [Refused(f"{FIT} --scene free-run", "over time"), Refused(f"{FIT_RUN} --scene no", "'no'")],
+    ("fit", "--fidelity"): [Refused(f"{FIT} --fidelity minimal", "over time"), Refused(f"{FIT_RUN} --fidelity no", "'no'")],
+    ("fit", "--engine"): [Differ(FIT, "--engine mujoco"), Differ(FIT_RUN, "--engine pinocchio")],
+    ("fit", "-o"): [Writes(f"{FIT} -o {{}}/f", "f/fit.png")],
     ("workspace", "--against"): [Differ("workspace delta6 x=-.3:.3:9 y=-.3:.3:9 z=-.3:.3:9", "--against rod_length=.4")],
     ("workspace", "--witness"): [
         Differ("workspace delta6 x=-.05:.05:2 y=0:.01:2 z=0:.1:2 alpha=0 beta=0 gamma=0", "--witness pinocchio"),

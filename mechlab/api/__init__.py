@@ -14,7 +14,7 @@ from mechlab.api.finding import Source, find, load
 from mechlab.api.models import check, claims, edit, generate, generate_catalog, list_entries, run, show
 from mechlab.api.runs import chart, cycle, fidelities, portrait, sensitivity, simulate, solve
 from mechlab.api.sessions import environment, environments, linearize, session
-from mechlab.api.studies import compare, modes, optimize, stability, sweep, synthesize, workspace
+from mechlab.api.studies import compare, fit, modes, optimize, stability, sweep, synthesize, workspace
 from mechlab.api.tracking import track
 from mechlab.api.viewing import draw, explore, gallery, load_recording, page_of_recording, story, studio, view
 from mechlab.results import offer_page
@@ -23,7 +23,7 @@ offer_page(page_of_recording)
 
 __all__ = [
     "Source", "Values", "audit", "chart", "check", "claims", "compare", "cure", "cycle", "doctor", "draw", "edit", "environment",
-    "environments", "explore", "fidelities", "find", "gallery", "generate",
+    "environments", "explore", "fidelities", "find", "fit", "gallery", "generate",
     "generate_catalog", "linearize",
     "list_entries", "load", "load_recording", "modes", "optimize", "portrait", "run", "sensitivity", "session", "show",
     "simulate", "solve", "stability", "story", "studio", "sweep", "synthesize", "track", "view", "workspace",

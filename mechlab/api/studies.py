@@ -30,6 +30,7 @@ from mechlab.values import Range, Value, in_unit, one_number
 
 if TYPE_CHECKING:
     from mechlab.studies.compare import Comparison
+    from mechlab.studies.fit.result import FitResult
     from mechlab.studies.modes.result import ModesResult
     from mechlab.studies.optimize.result import Optimum
     from mechlab.studies.stability.data import Stability
@@ -324,6 +325,48 @@ def optimize(
     }
     folder = None if out is None else Path(out)
     return study(base, asked, goal, subject, front, evaluations, seed, folder, progress)
+
+
+def fit(
+    source: Source,
+    data: File | Values,
+    values: Values | None = None,
+    /,
+    *,
+    free: Sequence[str] = (),
+    noise: Values | None = None,
+    scene: str | None = None,
+    fidelity: str | None = None,
+    engine: Engine | None = None,
+    out: File | None = None,
+    progress: Progress = silent,
+    **given: Value,
+) -> FitResult:
+    """Parameters from measured series by least squares, with 95 % confidence intervals and a verdict on what the data determine.
+
+    data: a CSV file as `view --csv` writes it, or a mapping of its columns. Heads are "name [unit]", empty cells are gaps. A first
+    column t [s] means a run of a scene; any other first column is a drive or a given quantity, and the others are answers. Keys: unknowns
+    as ranges (parameters, X_0, X_rate_0); fixed parameters, initial values and loads as numbers. Exit code 3: something is not
+    determined, did not converge, or another engine does not confirm it. See `mechlab.studies.fit`.
+
+    Options:
+        free=A,B,...: unknowns without a range, from their present value: parameters, entries as NAME[k], X_0, X_rate_0
+        noise=CHANNEL=S,...: standard deviation of measured channels in SI (default: from the residual)
+        scene=S: the scene that was measured; `mechlab show NAME` lists them
+        fidelity=F: level of fidelity
+        engine=E: who fits; default: the cheapest that agrees with the scene's own
+        out=DIR: folder for fit.json, fit.csv (measured and fitted) and fit.png
+    """
+    from mechlab.experiment.parameters import describe
+    from mechlab.studies.fit.study import fit as study
+
+    base = load_design(source, {})
+    lists = {i.name for i in describe(base.entry.parameters) if i.kind in LISTS}
+    asked = {k: v if k in lists else as_range(k, v) or v for k, v in key_values(values, given).items()}
+    names = [free] if isinstance(free, str) else free
+    folder = None if out is None else Path(out)
+    stated = None if noise is None else key_values(noise, {})
+    return study(base, data, asked, names, scene, fidelity, engine, stated, folder, progress)
 
 
 def synthesize(task: Task, values: Values | None = None, /, **given: Value) -> SynthesisResult:

@@ -220,7 +220,9 @@ class _Call:
         takes = route.parameters
         for name in takes:
             if name == "source":
-                positional.append(one_name(self.names, self.verb))
+                positional.append(one_name(self.names if "data" not in takes else self.names[:1], self.verb))
+            elif name == "data":
+                positional.append(one_name(self.names[1:], self.verb, "table", ("NAME data.csv",)))
             elif name == "task":
                 positional.append(one_name(self.names, self.verb, "TASK", route.task_names))
             elif name == "sources":

@@ -23,7 +23,7 @@ from mechlab.cli.verbs import NOT_OPTIONS, Verb
 from mechlab.errors import UsageError, unknown
 from mechlab.values import Range, Written, parse_number
 
-SUBJECTS = ("source", "sources", "task", "kind", "values")
+SUBJECTS = ("source", "sources", "task", "kind", "data", "values")
 """Parameters of the API that are no options: they are given by position, before all others."""
 ENTRY = re.compile(r"(\w+)(?:=(.+?))?: (.*)")
 

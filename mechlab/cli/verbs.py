@@ -114,6 +114,10 @@ VERBS: dict[str, Verb] = {
         "the best parameters for a goal under constraints; the front of two goals",
         "NAME [key=lo:hi or key=value ...]",
     ),
+    "fit": Verb(
+        "parameters from measured series: values with 95 % intervals, and what the data do not determine",
+        "NAME data.csv [key=lo:hi or key=value ...]",
+    ),
     "workspace": Verb(
         "where a mechanism can be: nodes, volume, margins, dexterity, surface, two designs compared",
         "NAME [key=value or key=lo:hi:n ...]",

@@ -162,13 +162,12 @@ def differences(fine: Recording, coarse: Recording, factor: float) -> dict[str, 
     """
     mine, other = shared_times(fine, coarse)
     reaches = len(mine) > 1 and mine[-1] == len(fine.t) - 1 or len(fine.t) == 1 == len(mine)
-    out = {}
-    for name, values in fine.channels.items():
-        if not reaches or name not in coarse.channels or not math.isfinite(factor):
-            out[name] = math.inf
-            continue
-        a, b = np.asarray(values, dtype=float), np.asarray(coarse.channels[name], dtype=float)[other]
-        out[name] = largest_difference(a[mine], b, factor) + UNITS * _size(a)
+    names = [n for n in fine.channels if reaches and n in coarse.channels and math.isfinite(factor)]
+    out = dict.fromkeys(fine.channels, math.inf)
+    if names:
+        a, b = (np.array([r.channels[n] for n in names], dtype=float) for r in (fine, coarse))
+        gaps, sizes = _gaps(a[:, mine], b[:, other]).max(axis=1), np.abs(np.where(np.isfinite(a), a, 0.0)).max(axis=1)
+        out |= dict(zip(names, (factor * gaps + UNITS * sizes).tolist(), strict=True))
     return out
 
 
@@ -200,16 +199,14 @@ def shared_times(a: Recording, b: Recording) -> tuple[np.ndarray, np.ndarray]:
 
 def largest_difference(a: np.ndarray, b: np.ndarray, factor: float = 1.0) -> float:
     """factor max |a - b|; values that are not finite have difference 0 where both are the same, else infinity."""
+    return float(factor * np.max(_gaps(a, b), initial=0.0))
+
+
+def _gaps(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """|a - b|; of values that are not finite 0 where both are the same, else infinity."""
     with np.errstate(invalid="ignore"):
         gaps = np.abs(a - b)
-    most = float(gaps.max(initial=0.0))
-    if math.isfinite(most):  # mostly so
-        return factor * most
+    if np.isfinite(gaps).all():
+        return gaps
     same = (a == b) | (np.isnan(a) & np.isnan(b))
-    gaps = np.where(same, 0.0, np.where(np.isfinite(gaps), gaps, math.inf))
-    return float(factor * np.max(gaps, initial=0.0))
-
-
-def _size(values: np.ndarray) -> float:
-    size = float(np.abs(values).max(initial=0.0))
-    return size if math.isfinite(size) else float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
+    return np.where(same, 0.0, np.where(np.isfinite(gaps), gaps, math.inf))

@@ -19,6 +19,7 @@ from mechlab.engines.protocol import Engine, engine
 from mechlab.errors import EngineMissing, NoSolution, unknown
 from mechlab.experiment.question import Answer
 from mechlab.kit.determined import Determined, determined, with_nothing_open
+from mechlab.kit.open_loops import CLOSED, least_opening, opening
 from mechlab.kit.quantities import level, quantities, split
 from mechlab.kit.regular import kept_regularity
 from mechlab.mechanism import Mechanism, Status, TreeKinematics, singularity
@@ -61,9 +62,10 @@ def engine_answers(
     starts: Sequence[Array | None] | None = None,
     steps: int = 10,
     output: str | None = None,
+    unit: float = 1.0,
 ) -> list[Answer]:
     """`engine_answer` at `count` poses, given as numbers or arrays (count,); starts: a pose (nq,) or None for each; steps: least number
-    of those of the path that a search takes from a given start.
+    of those of the path that a search takes from a given start; unit: length [m] in which m is measured, for what the notes say.
 
     All poses are closed together, from where the engine closes each by its own kinematics (`mechlab.engines.closer.confirmed`); what is
     not surely regular there, or does not close on this way, is searched pose by pose.
@@ -75,7 +77,8 @@ def engine_answers(
         found = _together(r, m, given, wanted, count, starts, output)
         for k in (k for k in range(count) if k not in found):
             start = None if starts is None else starts[k]
-            found[k] = _searched(r, m, at_pose(given, k, count), wanted, start, FROM_REFERENCE if start is None else steps, output)
+            asked = at_pose(given, k, count)
+            found[k] = _searched(r, m, asked, wanted, start, FROM_REFERENCE if start is None else steps, output, unit)
     except EngineMissing as missing:
         return [Answer(cannot=str(missing))] * count
     return [found[k] for k in range(count)]
@@ -194,13 +197,14 @@ def kept_rows(m: Mechanism, names: tuple[str, ...]) -> ManyRows:
 
 
 def _searched(
-    r: Engine, m: Mechanism, given: Mapping[str, Any], wanted: Sequence[str], start: ArrayLike | None, steps: int, output: str | None
-) -> Answer:
-    """The answer at one pose by the engine's own search."""
+    r: Engine, m: Mechanism, given: Mapping[str, Any], wanted: Sequence[str], start: ArrayLike | None, steps: int, output: str | None,
+    unit: float,
+) -> Answer:  # fmt: skip
+    """The answer at one pose by the engine's own search; unit: length [m] in which m is measured."""
     position, rate, accel = split(m, given)
     found = r.assemble(m, position, start=start, steps=steps)
     if not found.closed and not found.status.exit_code == 0:
-        return Answer(status=found.status, notes=(_why(m, position, found),))
+        return _failed(m, position, found, unit)
     what = determined(m, found.q, given, wanted)
     answered = [key for key in wanted if key not in what.unfixed]
     accel |= dict.fromkeys((level(m, key)[0] for key in what.assumed), 0.0)
@@ -241,19 +245,35 @@ def _in_own_unit(
     scaled = {k: np.asarray(x) / length(k) if length(k) != 1.0 else x for k, x in given.items()}
     lengths = {k: length(k) for k in wanted}
     out = []
-    for answer in engine_answers(witness, in_unit_of_length(m, unit), scaled, wanted, count, begin, steps, output):
-        notes = tuple(f"{n} (lengths in units of {unit:g} m)" if " by " in n else n for n in answer.notes)
+    for answer in engine_answers(witness, in_unit_of_length(m, unit), scaled, wanted, count, begin, steps, output, unit):
+        own = answer.status is Status.BOUNDARY
+        notes = tuple(f"{n} (lengths in units of {unit:g} m)" if own and " by " in n else n for n in answer.notes)
         out.append(replace(answer, values={k: x * lengths[k] for k, x in answer.values.items()}, notes=notes))
     return out
 
 
-def _why(m: Mechanism, given: Mapping[str, Any], found: Any) -> str:
-    """A note on a failed assembly: its status, the given value that is missed most, the residual of the loops."""
-    missed = {n: abs(float(m.value(n, found.q)) - float(given[n])) for n in given if n in m.scalar_names}
-    worst = max(missed, key=lambda n: missed[n]) if missed else ""
-    reached = f"; {worst} is missed by {missed[worst]:.4g}" if worst and missed[worst] > 1e-9 else ""
-    gap = f"; the loops stay open by {found.residual:.3g}" if found.residual > 1e-9 else ""
-    return found.status.value + reached + gap
+def _failed(m: Mechanism, given: Mapping[str, Any], found: Any, unit: float) -> Answer:
+    """The answer where an engine found no pose: what stays open in words, the same for the same fact, whichever way it was met.
+
+    With joints and shafts alone given, the loops are closed as far as they go with these values held; where that leaves them open, no pose
+    closes, be it that the engine's path ended where two modes meet. unit: length [m] in which m is measured."""
+    status, held = found.status, [n for n in given if n in m.scalar_names]
+    if status is not Status.WRONG_MODE and held and len(held) == len(given):
+        least = least_opening(m, {n: float(given[n]) for n in held}, [np.asarray(found.q), m.reference()])
+        if least.least and not least.closed:
+            unreachable = Status.NO_ASSEMBLY if set(held) <= {d.on for d in m.drives} else Status.OUT_OF_REACH
+            text = f"{unreachable.value}; with {', '.join(held)} held, {least.text(unit)}"
+            return Answer(status=unreachable, notes=(text,))
+    here = opening(m, found.q)
+    if not here.closed:
+        return Answer(status=status, notes=(f"{status.value}; at the pose that came nearest {here.text(unit)}",))
+    missed = {n: abs(float(m.value(n, found.q)) - float(given[n])) for n in held}
+    worst = max(missed, key=lambda n: missed[n], default="")
+    if not worst or missed[worst] < CLOSED:
+        return Answer(status=status, notes=(status.value,))
+    size = unit if is_length(m, worst) else 1.0
+    reached = f"{float(m.value(worst, found.q)) * size:.4g} {'m' if is_length(m, worst) else 'rad'}"
+    return Answer(status=status, notes=(f"{status.value}; with closed loops {worst} came to {reached}",))
 
 
 def _output_rows(m: Mechanism, q: Array, output: str | None) -> Array | None:

@@ -23,6 +23,8 @@ from mechlab.values import LARGEST_NUMBER, has_unit, parse_value
 
 DOUBTFUL_ANGLE = 4 * math.pi
 """Angles [rad] beyond two turns are rare among positions; 15, 30, 45, 60, 90 are common in degrees."""
+NUMBERS_ALONE = (TypeError, ValueError, IndexError)
+"""What a closed form for one pose raises when it gets arrays."""
 
 
 def parameters_and_rest(
@@ -168,7 +170,10 @@ def _ask_one(name: str, witness: Any, design: Design, values: Mapping[str, Any])
         if not shape:
             return _plain(witness(design.parameters, values))
         if name == "analytic":
-            return _plain(witness(design.parameters, values))
+            try:
+                return _plain(witness(design.parameters, values))
+            except NUMBERS_ALONE:
+                pass  # it takes numbers: it is asked at each pose, and an error of the formula itself is raised there
         flat = {k: np.broadcast_to(v, shape).ravel() for k, v in values.items()}
         answers = answers_at(witness, design.parameters, flat, math.prod(shape))
     except EngineMissing as missing:

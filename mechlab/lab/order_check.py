@@ -10,6 +10,7 @@ import numpy as np
 from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
 from mechlab.experiment.errors import expected_order, observed_order, order_finding
+from mechlab.experiment.ranges import limited_parts, met_ends
 from mechlab.experiment.recording import Finding, Health, Recording
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.lab.problem_settings import with_static_motors
@@ -52,8 +53,8 @@ def _states(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int
         return np.zeros((0, mechanism.nq))
 
 
-def suspects(mechanism: Mechanism, scene: Scene, settings: Settings) -> Iterator[str]:
-    """What is known to lower the order of RK4."""
+def suspects(mechanism: Mechanism, scene: Scene, settings: Settings, run: Recording | None = None) -> Iterator[str]:
+    """What is known to lower the order of RK4; the ends of ranges only where the run, if one is given, has come to them."""
     items: list[Joint | Shaft] = [*mechanism.joints, *mechanism.shafts]
     rough = [x.name for x in items if x.friction]
     if rough:
@@ -62,6 +63,11 @@ def suspects(mechanism: Mechanism, scene: Scene, settings: Settings) -> Iterator
         )
         yield f"the dry friction of {', '.join(rough)}, which {how}"
     stops = [x.name for x in items if x.range is not None] + [x.name for x in mechanism.springs if x.range is not None]
+    if run is not None and stops:
+        known = [n for n in limited_parts(mechanism) if n in stops]
+        met = met_ends(mechanism, known, run.t, run.q, run.v)
+        far = {n for n, x in zip(known, met, strict=True) if not x.any()}
+        stops = [n for n in stops if n not in far]
     if stops:
         yield f"the ends of the range of {', '.join(stops)}"
     for law in scene.laws:

@@ -44,7 +44,7 @@ from mechlab.lab.order_check import fixed_steps, suspects
 from mechlab.lab.problem_settings import other_softness
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.singularity import nearest_to_singular
+from mechlab.mechanism.singularity import PASS, nearest_to_singular
 
 Again = Callable[[Scene, Settings, Array], Recording]
 """A scene once more, with other settings, at given times at least."""
@@ -57,12 +57,15 @@ NEAR, NEARER = 1.5, 4.0 / 3.0
 UNEVEN = 2.0
 """What soft rows do to accelerations does not fall evenly with the step: two runs may agree by half of it, as the campaign
 `tests.benchmarks.stated_step_error` shows; their errors are stated so many times larger."""
+SMALL, ALONE = 0.1, 1.5
+"""Where no third run confirms two, so that nothing shows how fast they converge, they may agree in a channel by accident: one that changes
+by less than this share of the largest change in its unit gets an error so many times larger."""
 SEEN = SAFETY_SEEN / SAFETY
 """Share of a stated error that is left where two runs of a method of first order show that order."""
 JUMP = 4.0
 """A step between samples that is more than this times both its neighbours is a jump."""
-PASS, LOOKED_AT = 0.05, 250
-"""A run within PASS times its usual distance of a singular position passes it; LOOKED_AT samples are examined."""
+LOOKED_AT = 250
+"""So many samples are examined for singular positions."""
 LOOSER = 10.0
 """Factor on the tolerance. The error is nearly proportional to it: the change is close to ten times the error."""
 
@@ -112,7 +115,7 @@ class _Estimate:
         self.soft = self.settings.engine == "mujoco" and m.is_closed
         self.order = expected_order(self.settings, self.soft)
         self.states = basic_channels(m, recording.q[:1], recording.v[:1])[0]
-        self.kinks = any(True for _ in suspects(m, scene, self.settings))
+        self.kinks = any(True for _ in suspects(m, scene, self.settings, recording))
         self.advice = stop_advice(recording.health) or SMALLER
 
     def by_steps(self) -> tuple[dict[str, float], Finding]:
@@ -136,6 +139,8 @@ class _Estimate:
         if near is not None:
             nearer = self.at(NEARER) if self.lucky(twice, near) else None
             errors, value = self.bounded(near, nearer, None if self.kinks else twice)
+            if twice is None and nearer is None:
+                errors = self.unconfirmed(errors)
             if value <= tolerance:
                 return errors, step_error_finding(value, tolerance, _text((NEAR * h, near), (NEARER * h, nearer)))
         half = self.at(0.5)
@@ -269,6 +274,13 @@ class _Estimate:
             errors = {n: max(x, error_from_near(nearer.channels[n], NEARER, None, 1)) for n, x in errors.items()}
             value = max(value, error_from_near(nearer.largest, NEARER, None, 1))
         return errors, value
+
+    def unconfirmed(self, errors: dict[str, float]) -> dict[str, float]:
+        """Errors of the channels from two runs that no third one confirms: see ALONE."""
+        units, largest = self.recording.units, dict[str, float]()
+        for n, x in errors.items():
+            largest[units[n]] = max(largest.get(units[n], 0.0), x)
+        return {n: ALONE * x if x < SMALL * largest[units[n]] else x for n, x in errors.items()}
 
     def lucky(self, twice: _Changes | None, half: _Changes) -> bool:
         """Whether the agreement with h / 2 may be an accident."""

@@ -9,13 +9,17 @@ import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.mechanism.constraints import ConstraintSet
+from mechlab.mechanism.followed_mode import same_sign
 from mechlab.mechanism.geometry import Array, Placement, axis_rotation, quaternion_to_matrix, unit
 from mechlab.mechanism.kinematics import TreeKinematics, integrate
 from mechlab.mechanism.length_unit import coordinate_units, in_unit_of_length, is_length
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.newton import Assembly, Status, follow, newton
 from mechlab.mechanism.parts import LOOP_ROWS, Body
-from mechlab.mechanism.structure import independent_rows, same_sign
+from mechlab.mechanism.structure import independent_rows, rows_repeat
+
+NEAR = 1e-6
+"""Poses that differ by less [rad or m] are in the same mode: where two modes are so close the sign is rounding."""
 
 
 def _tree(mechanism: Mechanism) -> tuple[TreeKinematics, ConstraintSet]:
@@ -95,9 +99,12 @@ def mode_sign(mechanism: Mechanism, q: Array, held: Sequence[str]) -> int:
 
 
 def same_mode(mechanism: Mechanism, before: Array, after: Array, held: Sequence[str]) -> bool:
-    """True when both poses lie in the same assembly mode for the `held` joints, or when the sign does not decide."""
+    """True when both poses lie in the same assembly mode for the `held` joints, when they are one pose to NEAR, or when the sign does
+    not decide."""
+    if float(np.max(np.abs(before - after), initial=0.0)) < NEAR:
+        return True
     tree, constraints = _tree(mechanism)
-    if len(independent_rows(mechanism, constraints)) < len(constraints):
+    if rows_repeat(mechanism):
         rows = np.array([mechanism.row(n) for n in held]).reshape(len(held), mechanism.nv)
         return same_sign(constraints.jacobian(tree.set(before)), constraints.jacobian(tree.set(after)), rows)
     a, b = mode_sign(mechanism, before, held), mode_sign(mechanism, after, held)

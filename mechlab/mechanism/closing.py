@@ -42,17 +42,20 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class ManyClosed:
-    """Poses q (n, nq), the Newton inverses there (n, nv, k), which are closed (n,), and the largest residual (n,)."""
+    """Poses q (n, nq), the Newton inverses there (n, nv, k), which are closed (n,), the largest residual (n,), and of which the
+    assembly mode changed on the way (n,), told where rows repeat others only."""
 
     q: Array
     placed: Placed
     inverse: Array
     closed: Mask
     residual: Array
+    turned: Mask
 
     def at(self, which: Any) -> ManyClosed:
         """The same at some of the poses."""
-        return ManyClosed(self.q[which], self.placed.at(which), self.inverse[which], self.closed[which], self.residual[which])
+        more = self.closed[which], self.residual[which], self.turned[which]
+        return ManyClosed(self.q[which], self.placed.at(which), self.inverse[which], *more)
 
 
 def close_many(rows: ManyRows, start: Array, targets: Sequence[Array], count: int = 1) -> ManyClosed:
@@ -85,11 +88,10 @@ def close_many(rows: ManyRows, start: Array, targets: Sequence[Array], count: in
 
 def _kept_modes(rows: ManyRows, start: Array, found: ManyClosed) -> ManyClosed:
     """The poses, without those whose determinant has another sign than at the start."""
-    begin = np.atleast_2d(start)
-    here = rows.modes(begin, rows.at(begin))
-    there = rows.modes(found.q, found.placed)
-    same = (here == 0.0) | (there == 0.0) | (here == there)
-    return ManyClosed(found.q, found.placed, found.inverse, found.closed & same, found.residual)
+    here = rows.steps.modes(rows.at(np.atleast_2d(start)).rows)
+    there = rows.steps.modes(found.placed.rows)
+    same = ((here == 0.0) | (there == 0.0) | (here == there)) & ~found.turned
+    return ManyClosed(found.q, found.placed, found.inverse, found.closed & same, found.residual, found.turned)
 
 
 def _follow(rows: ManyRows, start: Array, targets: Sequence[Array]) -> ManyClosed:
@@ -104,7 +106,7 @@ def _follow(rows: ManyRows, start: Array, targets: Sequence[Array]) -> ManyClose
         size = _largest(steps.step(inverse, rows.missing(now, targets)))
         ds = np.clip(FIRST * unit / np.maximum(size, 1e-300), SHORTEST, 1.0)
         s, tries, residual = np.zeros(len(q)), np.zeros(len(q), dtype=int), np.full(len(q), np.inf)
-        closed, active = np.zeros(len(q), dtype=bool), np.isfinite(size)
+        closed, active, other = np.zeros(len(q), dtype=bool), np.isfinite(size), np.zeros(len(q), dtype=bool)
         for _ in range(ROUNDS):
             i: slice | NDArray[np.int_] = np.flatnonzero(active)
             if not active.any():
@@ -127,12 +129,14 @@ def _follow(rows: ManyRows, start: Array, targets: Sequence[Array]) -> ManyClose
             ended = ~good & ((s[i] == 1.0) | (0.5 * ds[i] < SHORTEST)) | (tries[i] > POLISH)
             ds[i] = np.where(good, np.where(correction < EASY * far, 2.0, 1.0), 0.5) * ds[i]
             s[i] = np.where(good, goal, s[i])
+            if steps.repeats:
+                other[i] ^= good & ~steps.same_mode(now.rows[i], there.rows)
             _take(i, good, q, trial, now, there, inverse, turned)
             closed[i] |= done
             active[i] &= ~(done | ended)
     with np.errstate(all="ignore"):  # one more step, without a look: what is left at 1e-13 falls to rounding
         q[closed] = moved(m, q, steps.step(inverse, rows.missing(now, targets)))[closed]
-    return ManyClosed(q, now, inverse, closed, residual)
+    return ManyClosed(q, now, inverse, closed, residual, other)
 
 
 def _take(

@@ -19,13 +19,13 @@ from numpy.typing import NDArray
 from mechlab.errors import MechlabError
 from mechlab.mechanism.batch_sparse import smallest_of_rows
 from mechlab.mechanism.batch_tree import BatchRows, BatchTree
-from mechlab.mechanism.constraints import ConstraintSet
+from mechlab.mechanism.followed_mode import followed_signs
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.many_motion import frame_part
 from mechlab.mechanism.many_poses import ManyPoses, matrices, rotation_vectors
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Frame
-from mechlab.mechanism.structure import CERTAIN, generic, independent_rows, structure
+from mechlab.mechanism.structure import CERTAIN, generic, structure
 
 Indices = NDArray[np.int_]
 VOID = 1e-12
@@ -140,22 +140,11 @@ class ManyRows:
             out.append(np.broadcast_to(array, (count, *shape)))
         return tuple(out)
 
-    def modes(self, q: Array, placed: Placed) -> Array:
-        """(n,) signs that change where two assembly modes meet, as those of `mechlab.mechanism.mode_sign`; 0 where they cannot tell."""
-        if not self.steps.tall:
-            return self.steps.modes(placed.rows)
-        m = self.mechanism
-        closure = ManyPoses(m).set(q).residual_and_jacobian()[1][:, independent_rows(m, ConstraintSet(m))]
-        given = placed.rows[:, placed.gap.shape[1] :]
-        if closure.shape[1] + given.shape[1] != m.nv:
-            return np.zeros(len(q))
-        return _signs(np.concatenate([closure, given], axis=1), np.zeros((0, m.nv)))
-
     @cached_property
     def steps(self) -> NewtonSteps:
         """The Newton steps of these equations."""
-        at_generic = self.at(generic(self.mechanism)[0][None]).rows[0]
-        return NewtonSteps(at_generic, held_rows(self.mechanism, self.names))
+        placed = self.at(generic(self.mechanism)[0][None])
+        return NewtonSteps(placed.rows[0], held_rows(self.mechanism, self.names), placed.gap.shape[1])
 
 
 class NewtonSteps:
@@ -163,15 +152,17 @@ class NewtonSteps:
 
     The step is the smallest that takes the residual of the kept rows away; where rows repeat others and all together fix every rate
     (Bricard's linkage), which rows do changes on the way, and the step is that of least squares over all. rows (m, n): Jacobian at a
-    generic pose; held (k, n): rows that hold local freedoms, for the sign of the mode.
+    generic pose, the first `closure` of them (default all) those of loops and relations; held (k, n): rows that hold local freedoms,
+    for the sign of the mode.
     """
 
-    def __init__(self, rows: Array, held: Array) -> None:
+    def __init__(self, rows: Array, held: Array, closure: int | None = None) -> None:
         norms = np.linalg.norm(rows, axis=1)
         self.keep = independent(rows)
-        lasting = not np.any(np.delete(norms, self.keep) > VOID)
+        self.repeats = bool(np.any(np.delete(norms, self.keep) > VOID))
         self.square = len(self.keep) == rows.shape[1]
-        self.tall = self.square and not lasting
+        self.tall = self.square and self.repeats
+        self._closure, self._local = len(rows) if closure is None else closure, held
         self._rows = np.flatnonzero(norms > VOID) if self.tall else self.keep
         self._sizes = norms[self._rows]
         self.count = len(rows)
@@ -197,10 +188,19 @@ class NewtonSteps:
 
     def modes(self, rows: Array) -> Array:
         """(...) sign of the determinant of the kept rows and those that hold local freedoms: it changes where two assembly modes
-        meet. 0 where they are not square, or near singular, and the sign cannot tell."""
-        if self._held is None:
+        meet. 0 where they are not square, or near singular, and the sign cannot tell; or where rows repeat others (`same_mode`)."""
+        if self._held is None or self.repeats:
             return np.zeros(rows.shape[:-2])
         return _signs(rows if self._all and self.square else rows[..., self.keep, :], self._held)
+
+    def same_mode(self, before: Array, after: Array) -> NDArray[np.bool_]:
+        """(...) whether near poses, rows (..., m, n), are in one mode, where rows repeat others: the sign is followed from pose to
+        pose; True where it cannot tell."""
+        both = np.stack([before, after], axis=-3)
+        local = np.broadcast_to(self._local, (*both.shape[:-2], *self._local.shape))
+        fixed = np.concatenate([both[..., self._closure :, :], local], axis=-2)
+        signs = followed_signs(both[..., : self._closure, :], fixed)
+        return np.asarray(signs[..., 0] * signs[..., 1] >= 0.0)
 
 
 def independent(rows: Array) -> Indices:

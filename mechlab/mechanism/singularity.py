@@ -12,6 +12,9 @@ from mechlab.mechanism.many_poses import ManyPoses
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.structure import generic, null_space, structure
 
+PASS = 0.05
+"""A motion that comes within this share of its usual distance of a singular position passes it."""
+
 
 def singularity(
     mechanism: Mechanism, q: Array, output: Array | None = None, threshold: float = 1e-6
@@ -50,17 +53,45 @@ def nearest_to_singular(mechanism: Mechanism, poses: Array) -> tuple[int, float]
     """Index of the pose in q (n, nq) nearest to a singular position of the constraints, and its distance: the smallest
     singular value of the Jacobian at the usual rank, over its median of all poses; 1 without loops. Rows are scaled by
     their size at a generic pose."""
-    best = structure(mechanism)
-    if not best.rank or not (mechanism.loops or mechanism.curves):  # the rows of relations are the same in every pose
+    smallest = _smallest(mechanism, poses)
+    if smallest is None:
         return 0, 1.0
+    k = int(np.argmin(smallest))
+    return k, float(smallest[k] / max(float(np.median(smallest)), 1e-300))
+
+
+def may_pass_singular(mechanism: Mechanism, poses: Array) -> bool:
+    """Whether a motion through the poses q (n, nq) may come within PASS of its usual distance (see `nearest_to_singular`) of a singular
+    position of the constraints, there or between two poses, where the distance changes no faster than between any two neighbours:
+
+        least distance between k and k + 1  >=  (d_k + d_k+1 - max |d_j+1 - d_j|) / 2
+
+    Elsewhere the closed poses are one smooth set, and two motions that start alike cannot part.
+    """
+    smallest = _smallest(mechanism, poses)
+    if smallest is None:
+        return False
+    least = float(np.min(smallest))
+    if len(smallest) > 1:
+        fastest = float(np.max(np.abs(np.diff(smallest))))
+        least = min(least, 0.5 * (float(np.min(smallest[1:] + smallest[:-1])) - fastest))
+    return least <= PASS * float(np.median(smallest))
+
+
+def _smallest(mechanism: Mechanism, poses: Array) -> Array | None:
+    """(n,) smallest singular values of the Jacobian at its usual rank, rows scaled by their size at a generic pose; None without loops."""
+    if not (mechanism.loops or mechanism.curves):  # the rows of relations are the same in every pose
+        return None
+    best = structure(mechanism)
+    if not best.rank:
+        return None
     q, generic_rows = generic(mechanism)
     smallest = smallest_of_closures(mechanism, q, poses, best.rank)
     if smallest is None:
         usual = np.linalg.norm(generic_rows, axis=1)
         jacobians = ManyPoses(mechanism).set(poses).residual_and_jacobian()[1]
         smallest = _scaled_values(jacobians, usual)[:, best.rank - 1]
-    k = int(np.argmin(smallest))
-    return k, float(smallest[k] / max(float(np.median(smallest)), 1e-300))
+    return np.asarray(smallest)
 
 
 def _scaled_values(matrix: Array, sizes: Array) -> Array:

@@ -216,24 +216,12 @@ def independent_rows(mechanism: Mechanism, constraints: ConstraintSet) -> list[i
     return list(_generic_rows(mechanism)[0])
 
 
-def same_sign(before: Array, after: Array, fixed: Array) -> bool:
-    """Whether det of n closure rows and of the fixed ones (k, nv) has one sign at two poses, given all closure rows (m, nv) at both.
-
-    Where rows repeat others, which of them do changes on the way, and a fixed choice of rows would lose rank where all together do not: the
-    rows are chosen at the first pose. True too when no choice is square, or the sign cannot tell.
-    """
-    free = np.linalg.qr(fixed.T, mode="complete")[0][:, len(fixed) :]
-    sizes = np.linalg.norm(before, axis=1)
-    rest = (before @ free) / np.where(sizes > NOTHING, sizes, np.inf)[:, None]
-    if min(rest.shape) < free.shape[1]:
-        return True
-    keep = []
-    for _ in range(free.shape[1]):  # the row with the largest remainder next
-        keep.append(int(np.argmax(np.einsum("ij,ij->i", rest, rest))))
-        along = rest[keep[-1]] / max(float(np.linalg.norm(rest[keep[-1]])), NOTHING)
-        rest = rest - np.outer(rest @ along, along)
-    signs, logs = np.linalg.slogdet(np.stack([np.vstack([x[keep], fixed]) for x in (before, after)]))
-    return bool(signs[0] * signs[1] >= 0 or logs.min() < -60.0)
+def rows_repeat(mechanism: Mechanism) -> bool:
+    """Whether a row of the loops repeats others, so that which rows are independent may change from pose to pose."""
+    if not mechanism.loops:
+        return False
+    kept, best = _generic_rows(mechanism)[0], _generic(mechanism)
+    return bool(np.any(np.linalg.norm(np.delete(best.jacobian, kept, axis=0), axis=1) >= NOTHING))
 
 
 def _chosen(matrix: Array) -> tuple[list[int], Array]:

@@ -110,6 +110,7 @@ class WarmStart:
         self._longest = LONGEST * step_size(equations.mechanism)
         self._flat = equations.mechanism.nq == equations.mechanism.nv
         self._kept: tuple[Array, tuple[Any, ...], Array] | None = None
+        self._rows: Array | None = None
         self._past: list[tuple[Array, Array]] = []
         self._mode = 0.0
 
@@ -119,6 +120,7 @@ class WarmStart:
         rows = self.equations.evaluate(x, values)[1]
         self._kept = (x, tuple(values), self._steps.inverse(rows))
         self._past = []
+        self._rows = rows
         self._mode = float(self._steps.modes(rows))
 
     def lead(self, targets: Sequence[Any]) -> Assembly | None:
@@ -155,6 +157,10 @@ class WarmStart:
             return None
         if self._mode and self._mode * float(self._steps.modes(rows)) <= 0.0:
             return None
+        if self._steps.repeats:
+            if self._rows is not None and not self._steps.same_mode(self._rows, rows):
+                return None
+            self._rows = rows
         self._kept = (x, targets, inverse)
         if self._flat and not any(np.ndim(t) for t in targets):
             self._past = [(x, np.array(targets)), *self._past[: len(CUBIC) - 1]]

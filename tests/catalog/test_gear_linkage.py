@@ -19,6 +19,7 @@ from mechlab.catalog.gear_linkage.build import (
     free_spin,
     near_change_point,
     reference,
+    servo,
 )
 from mechlab.catalog.gear_linkage.checks import CHECKS
 from mechlab.catalog.gear_linkage.claims import CLAIMS
@@ -26,9 +27,9 @@ from mechlab.catalog.gear_linkage.looks import tooth_counts
 from mechlab.cli import main
 from mechlab.engines.mujoco.runner import run
 from mechlab.engines.pinocchio.runner import run as run_pinocchio
-from mechlab.errors import NoSolution
+from mechlab.errors import MechlabError, NoSolution
+from mechlab.experiment.assembly_modes import ModeWatch
 from mechlab.experiment.entry import Verdict
-from mechlab.experiment.findings import ModeWatch
 from mechlab.experiment.scene import Settings
 from mechlab.mechanism import TreeKinematics, structure
 
@@ -214,3 +215,46 @@ def test_all_shapes_can_be_built() -> None:
         m = build(p, "minimal")
         for s in [*m.ground_shapes, *(s for b in m.bodies for s in b.shapes)]:
             assert shapes.is_watertight(shapes.mesh(s.kind, s.parameters))
+
+
+# -- loads -----------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("scene", ["sheet-delivery", "glue-and-cut"])
+def test_loaded_uses_by_three_witnesses(scene: str) -> None:
+    runs = {e: ml.simulate("gear_linkage", scene=scene, duration=5.5, engine=e) for e in ("analytic", "mujoco", "pinocchio")}
+    truth = runs["analytic"].final()
+    for engine in ("mujoco", "pinocchio"):
+        for name in ("crank_angle", "crank_angle_rate", "output_angle"):
+            assert runs[engine].final()[name] == pytest.approx(truth[name], abs=1e-5), (engine, name)
+
+
+def test_the_servo_pays_for_drag_and_cut() -> None:
+    """Work of the servo in a turn at a nearly constant speed: half of the cutter's torque over its angle, and drag x w_out^2 / speed."""
+    p = replace(Parameters(), **PRESETS["glue-and-cut"])
+    found = ml.simulate("gear_linkage", scene="glue-and-cut", duration=4.0 * math.pi, engine="analytic")
+    t, angle, rate = found.t, found.channel("crank_angle"), found.channel("crank_angle_rate")
+    law = servo(p)
+    force = law.stiffness * (p.speed * t - angle) + law.damping * (p.speed - rate)
+    late = t >= 2.0 * math.pi - 1e-9
+    work = float(np.trapezoid((force * rate)[late], t[late]))
+    report = closed.regime(p.linkage)
+    phi = np.linspace(0.0, 2.0 * math.pi, 4001)
+    drag = p.load_drag * float(np.trapezoid(closed.rate(p.linkage, phi) ** 2, phi))
+    cut = 0.5 * p.cut_torque * report.dwell_angle_one_sided
+    # the servo of 30 x the speed lets it vary by some per mille
+    assert work == pytest.approx(cut + drag, rel=5e-3)
+
+
+def test_a_cutter_needs_a_stop() -> None:
+    with pytest.raises(MechlabError, match="no stop to cut in"):
+        ml.simulate("gear_linkage", crank=0.3, cut_torque=1.0)
+
+
+def test_mass_check_feels_the_load() -> None:
+    """The checks of inertia and energy with a load on the output; the reduced inertia by hand."""
+    p = replace(Parameters(), load_inertia=0.7)
+    by_id = {c.id: c for c in CHECKS}
+    assert all(by_id[k].run(p).passed for k in ("L5", "L10"))
+    with_load, without = (closed.reduced_inertia(p.linkage, m, 1.0)[0] for m in (p.masses, replace(p.masses, load=0.0)))
+    assert with_load - without == pytest.approx(0.7 * float(closed.rate(p.linkage, 1.0)) ** 2)

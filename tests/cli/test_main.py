@@ -42,6 +42,7 @@ COMMANDS = {
     "synthesize": ["synthesize", "planetary", "ratio=6"],
     "compare": ["compare", "walking"],
     "optimize": ["optimize", "delta6"],
+    "fit": ["fit", "fourbar", "data.csv", "crank=50mm:200mm"],
     "workspace": ["workspace", "delta6"],
     "doctor": ["doctor", "arm.xml"],
     "view": ["view", "run.npz"],

@@ -5,8 +5,9 @@ import pytest
 
 import mechlab as ml
 from mechlab.errors import MechlabError, NoSolution
+from mechlab.experiment.assembly_modes import mode_signs
 from mechlab.experiment.energy import dissipation, energy, energy_finding, kinetic_energy, potential_energy, work
-from mechlab.experiment.findings import kinematic_findings, mode_signs, saturation_finding, smallest_link
+from mechlab.experiment.findings import kinematic_findings, saturation_finding, smallest_link
 from mechlab.experiment.laws import Servo
 from mechlab.experiment.motion import Hold
 from mechlab.experiment.scene import Scene, initial_state, sample_grid

@@ -5,7 +5,9 @@ import math
 import numpy as np
 import pytest
 
+import mechlab as ml
 from mechlab.errors import MechlabError
+from mechlab.experiment.assembly_modes import ModeWatch
 from mechlab.mechanism import Builder, Status, close, mode_sign, revolute, same_mode
 from tests.mechanism.samples import fourbar
 
@@ -65,3 +67,33 @@ def test_lengths_that_cannot_meet_are_told_by_the_name_of_the_loop() -> None:
         b.assemble()
     with pytest.raises(MechlabError, match=r"not assembled: pin\.[xyz] is open by"):
         b.build()
+
+
+def test_repeated_rows_change_their_choice_not_the_mode() -> None:
+    """A Schmidt coupling has a third link more than needed: all turn together, whatever the angle (parallelograms); asked from
+    the reference pose, and step by step. Fixed rows of its loops become dependent at about 1 rad."""
+    m = ml.load("schmidt").mechanism(None)
+    for angle in (0.9, 1.2, 2.5, 5.0):
+        found = close(m, None, {"driver_angle": angle})
+        assert found.closed
+        assert m.value("follower_angle", found.q) == pytest.approx(m.value("follower_angle", m.reference()) + angle, abs=1e-9)
+    q, turn = m.reference(), []
+    for angle in np.linspace(0.0, 6.0, 61):
+        q = close(m, q, {"driver_angle": angle}).q
+        turn.append(q)
+    assert ModeWatch(m, ["driver_angle"]).first_change(np.array(turn)) is None
+
+
+def test_a_jump_to_the_other_mode_is_a_change_where_rows_repeat() -> None:
+    """The loop of a planar four-bar has a row that says nothing. Poses of its two modes, mirror images by the law of cosines."""
+    m, modes = fourbar(), ([], [])
+    for crank in (1.0, 1.05, 1.1):
+        for mode, poses in zip((1, -1), modes, strict=True):
+            start = m.reference()
+            start[m.q_slice["rocker"]] = rocker_angle(crank, mode) - m.zero("rocker")
+            start[m.q_slice["coupler"]] = 0.0 if mode == 1 else -1.5
+            poses.append(close(m, start, {"crank": crank}).q)
+    assert abs(modes[0][0] - modes[1][0]).max() > 0.5
+    watch = ModeWatch(m, ["crank"])
+    assert watch.first_change(np.array(modes[0])) is None
+    assert watch.first_change(np.array(modes[0][:2] + modes[1])) == 2

@@ -100,6 +100,19 @@ def test_damaged_parts_are_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert ml.sweep("fourbar", values, resume=True, **asked).evaluated == 4
 
 
+def test_a_sweep_that_is_interrupted_at_once_names_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def ended(request, block, threads=1):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(local, "evaluate", ended)
+    with pytest.raises(Interrupted, match="none of 8 points was finished, nothing is kept"):
+        ml.sweep(
+            "fourbar", {"crank_angle": Range(0.1, 3.0, 8)}, quantities="coupler_angle", witness="mujoco", workers=1,
+            out=tmp_path / "s.nc",
+        )  # fmt: skip
+    assert not list(tmp_path.iterdir())
+
+
 def test_an_interrupted_sweep_is_resumed_without_repeating_anything(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -1,5 +1,13 @@
 """Closed forms of the three-gear four-bar: motion, regimes and dwell, synthesis, reduced inertia."""
 
+from mechlab.analytic.gear_linkage.knife import (
+    Knife,
+    best_mount,
+    clutch_torque,
+    cutting_torque,
+    pin_angle,
+    torque_factor,
+)
 from mechlab.analytic.gear_linkage.linkage import (
     GearLinkage,
     LinkageMotion,
@@ -26,7 +34,8 @@ from mechlab.analytic.gear_linkage.regime import (
 )
 
 __all__ = [
-    "TARGETS", "CrankForTarget", "GearLinkage", "LinkageMasses", "LinkageMotion", "OutputRegime", "RegimeReport", "acceleration",
-    "angles", "crank_for", "longest_crank", "momentary_crank", "motion", "rate", "reduced_inertia", "regime",
-    "rolling_rates", "slowest", "transfer", "with_play",
+    "TARGETS", "CrankForTarget", "GearLinkage", "Knife", "LinkageMasses", "LinkageMotion", "OutputRegime", "RegimeReport", "acceleration",
+    "angles", "best_mount", "clutch_torque", "crank_for", "cutting_torque", "longest_crank", "momentary_crank", "motion",
+    "pin_angle", "rate", "reduced_inertia", "regime",
+    "rolling_rates", "slowest", "torque_factor", "transfer", "with_play",
 ]  # fmt: skip

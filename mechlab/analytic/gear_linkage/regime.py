@@ -24,10 +24,12 @@ TARGETS = ("reverse_angle", "dwell_angle", "dwell_angle_one_sided")
 
 @dataclass(frozen=True)
 class LinkageMasses:
-    """Masses: uniform slender bars [kg/m] and uniform discs [kg/m2] for the three gears (gear a belongs to the crank)."""
+    """Masses: uniform slender bars [kg/m] and uniform discs [kg/m2] for the three gears (gear a belongs to the crank); moment of
+    inertia [kg m2] of what the output gear drives."""
 
     per_length: float
     per_area: float
+    load: float = 0.0
 
     def disc(self, radius: float) -> tuple[float, float]:
         """Mass [kg] and moment about the axis [kg m2] of a gear of that pitch radius."""
@@ -38,7 +40,7 @@ class LinkageMasses:
 def reduced_inertia(g: GearLinkage, masses: LinkageMasses, crank_angle: ArrayLike) -> tuple[FloatArray, FloatArray]:
     """J [kg m2] and dJ/d(crank angle): kinetic energy = J crank_rate^2 / 2. (...) -> (...), (...).
 
-    J = J_crank + J_a + m_a crank^2 + (coupler and idler: m |v_G|^2 + J w^2) + J_rocker w_rocker^2 + J_d w_out^2, rates for
+    J = J_crank + J_a + m_a crank^2 + (coupler and idler: m |v_G|^2 + J w^2) + J_rocker w_rocker^2 + (J_d + load) w_out^2, rates for
     a crank rate of 1.
     """
     phi = np.asarray(crank_angle, dtype=float)
@@ -64,7 +66,7 @@ def reduced_inertia(g: GearLinkage, masses: LinkageMasses, crank_angle: ArrayLik
     for moment, w, e in (
         (jc, x.idler_rate, x.idler_accel),
         (m3 * g.rocker**2 / 3.0, x.rocker_rate, x.rocker_accel),
-        (jd, x.output_rate, x.output_accel),
+        (jd + masses.load, x.output_rate, x.output_accel),
     ):
         inertia = inertia + moment * w**2
         slope = slope + 2.0 * moment * w * e

@@ -8,6 +8,7 @@ from mechlab.catalog.bibliography import ZINCHENKO
 from mechlab.catalog.class4_linkage.build import QUESTION, SCENES, build, reference
 from mechlab.catalog.class4_linkage.checks import CHECKS
 from mechlab.catalog.class4_linkage.claims import CLAIMS
+from mechlab.catalog.class4_linkage.figures import FIGURES
 from mechlab.catalog.class4_linkage.geometry import Class4Parameters
 from mechlab.experiment.entry import Entry, PlotRecipe
 
@@ -31,6 +32,7 @@ ENTRY = Entry(
     questions=(QUESTION,),
     checks=CHECKS,
     claims=CLAIMS,
+    figures=FIGURES,
     reference=reference,
     chain="R + class IV (4R ternary, 2R binary, 4R ternary, 2R binary)",
     formulas="|w + p_i t + q_i u| = l_i, i = 0, 1, in the unit numbers t, u of links 2 and 5; the resultant has degree 6.",

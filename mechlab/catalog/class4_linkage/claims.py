@@ -83,6 +83,15 @@ def decimal_points() -> Evidence:
     return evidence(counts, as_printed=list(counts.values())[:2], restored=list(counts.values())[2])
 
 
+def literal_rates() -> tuple[Array, Array]:
+    """Rates (72,) of links 2 and 5 by the printed algorithm to the letter: C as the pin of a crank about A's position with w = 1,
+    phi2 on its grid, dyad 3-5, then dyad 2-3 from A and B (step 9)."""
+    mode = at(PRINTED, TURN)
+    c = assur.driver(_at_rest(mode.points["A"]), PRINTED.AC, _on_grid(mode.angles["theta2"].x), 1.0)
+    dyad = _dyad_3_5(PRINTED, c)
+    return assur.rrr(mode.points["A"], dyad.joint, PRINTED.AC, PRINTED.BC, 1).angles[0].v, dyad.angles[1].v
+
+
 @LEDGER.claim(
     "Z4", "step 4", "C is found by ASSURL1 about A with w = 1, eps = 0", "w2 = 1",
     holds(when=below(1e-3, "rms error of the rate of link *")),
@@ -90,14 +99,11 @@ def decimal_points() -> Evidence:
           "w2 = w1 and A at rest every rate and acceleration of links 2, 3 and 5 is wrong"),
 )  # fmt: skip
 def step_four() -> Evidence:
-    """The printed algorithm to the letter: C as the pin of a crank about A's position with w = 1, phi2 on its grid, dyad 3-5,
-    then dyad 2-3 from A and B (step 9)."""
+    """The rates of `literal_rates` against the true ones."""
     mode = at(PRINTED, TURN)
     true2, true5 = mode.angles["theta2"].v, mode.angles["theta5"].v
-    c = assur.driver(_at_rest(mode.points["A"]), PRINTED.AC, _on_grid(mode.angles["theta2"].x), 1.0)
-    dyad = _dyad_3_5(PRINTED, c)
-    literal2 = assur.rrr(mode.points["A"], dyad.joint, PRINTED.AC, PRINTED.BC, 1).angles[0].v
-    errors = {"2": literal2 - true2, "5": dyad.angles[1].v - true5}
+    literal2, literal5 = literal_rates()
+    errors = {"2": literal2 - true2, "5": literal5 - true5}
     computed: dict[str, Any] = {f"rms error of the rate of link {k}": _rms(e) for k, e in errors.items()}
     computed["largest error of the rate of link 2"] = float(np.max(np.abs(errors["2"])))
     return evidence(computed | {"true range of the rate of link 2": [float(true2.min()), float(true2.max())]})

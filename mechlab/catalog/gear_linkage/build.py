@@ -11,10 +11,11 @@ from functools import lru_cache
 import numpy as np
 
 from mechlab.analytic import gear_linkage as closed_form
+from mechlab.catalog.gear_linkage.loads import load_laws
 from mechlab.catalog.gear_linkage.looks import crank_looks, gear_looks, ground_looks, rod_looks, tooth_counts
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.entry import SceneRecipe
-from mechlab.experiment.laws import Law, Servo
+from mechlab.experiment.laws import Law, Servo, Viscous
 from mechlab.experiment.motion import Ramp
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
@@ -44,6 +45,9 @@ class Parameters:
     mass_per_length: float = parameter(1.0, "kg/m", "uniform bars", low=0, strict=True)
     mass_per_area: float = parameter(2.0, "kg/m2", "uniform discs of the gears", low=0, strict=True)
     speed: float = parameter(1.0, "rad/s", "crank speed of the scenes")
+    load_inertia: float = parameter(0.0, "kg m2", "what the output drives: transporter and sheet, rollers and strip", low=0, source=OURS)
+    load_drag: float = parameter(0.0, "N m s", "drag of sheet or strip, seen at the output", low=0, source=OURS)
+    cut_torque: float = parameter(0.0, "N m", "largest torque of a cutter on the crank, while the output stands", low=0, source=OURS)
 
     def __post_init__(self) -> None:
         if self.mode not in (1, -1):
@@ -63,7 +67,7 @@ class Parameters:
     @property
     def masses(self) -> closed_form.LinkageMasses:
         """Masses for the closed form."""
-        return closed_form.LinkageMasses(self.mass_per_length, self.mass_per_area)
+        return closed_form.LinkageMasses(self.mass_per_length, self.mass_per_area, self.load_inertia)
 
 
 PRESETS: Mapping[str, Mapping[str, float]] = {
@@ -74,11 +78,12 @@ PRESETS: Mapping[str, Mapping[str, float]] = {
     # Never stops; fastest (and, there, of constant speed) where the sheet is gripped, about a sixth of it at release.
     "sheet-delivery": {
         "crank": 0.35, "coupler": 1.0, "rocker": 0.8, "idler_radius": 0.4, "frame": 1.0, "backlash": 0.0,
+        "load_inertia": 0.5, "load_drag": 0.4,
     },
     # A play of 2 deg makes a stop of 51.7 deg, 73.5 deg when the gears only push: time to cut the glued strip.
     "glue-and-cut": {
         "crank": 0.548521886, "coupler": 0.9, "rocker": 0.9, "idler_radius": 0.3, "frame": 1.0,
-        "backlash": math.radians(2.0),
+        "backlash": math.radians(2.0), "load_inertia": 0.2, "load_drag": 0.2, "cut_torque": 5.0,
     },
 }  # fmt: skip
 """Parameter sets of the uses that the source names. It prints no dimensions: these are ours, of the kind it describes."""
@@ -149,6 +154,8 @@ def build(p: Parameters, fidelity: str) -> Mechanism:
     b.shaft("coupler_angle", {"crank_angle": 1, "coupler_joint": 1})
     b.shaft("idler_angle", {"crank_angle": 1, "coupler_joint": 1, "idler_joint": 1},
             zero=float(at.idler_angle) - (psi + idler))  # fmt: skip
+    if p.load_inertia:
+        b.shaft("load", {"output_angle": 1}, inertia=p.load_inertia, zero=out - turned)
     b.frame("B", "crank", (p.crank, 0.0, 0.0)).frame("C", "rocker", (p.rocker, 0.0, 0.0))
     b.frame("rim", "output", (rd, 0.0, 0.0))
     b.drive("crank_angle", stiffness=200.0, damping=20.0)
@@ -221,8 +228,9 @@ def _scene(name: str, p: Parameters, fidelity: str, laws: tuple[Law, ...], turns
 
 
 def constant_crank(p: Parameters, fidelity: str) -> Scene:
-    """A servo turns the crank once at constant speed."""
-    return _scene("constant-crank", p, fidelity, (servo(p),), 1.0, Settings(timestep=_turn(p) / STEPS))
+    """A servo turns the crank once at constant speed, against the drag on the output and the cutter, if there are any."""
+    laws = (servo(p), *load_laws(p.linkage, p.load_drag, p.cut_torque))
+    return _scene("constant-crank", p, fidelity, laws, 1.0, Settings(timestep=_turn(p) / STEPS))
 
 
 def free_spin(p: Parameters, fidelity: str) -> Scene:
@@ -238,8 +246,8 @@ def near_change_point(p: Parameters, fidelity: str) -> Scene:
 
 TEXTS = {
     "knife-drive": "knives of a three-knife paper cutter: one output turn a cycle with an instantaneous stop, no clutch",
-    "sheet-delivery": "sheet-delivery transporter: speed matched where the sheet is gripped, slow where it is laid down",
-    "glue-and-cut": "glue and cut: the play of the gears makes a stop in which the strip is cut",
+    "sheet-delivery": "sheet-delivery transporter: speed matched where the sheet is gripped, slow where laid down, with sheet and drag",
+    "glue-and-cut": "glue and cut: the play of the gears makes a stop in which the strip is cut, with rollers, drag and cutter",
 }
 SCENES = {
     "constant-crank": SceneRecipe(constant_crank, "minimal", "a servo turns the crank once at constant speed"),
@@ -256,8 +264,11 @@ SCENES = {
 def reference(p: Parameters, scene: Scene, method: str = "DOP853", tolerance: float = 1e-12) -> Recording:
     """Own equation of the one freedom (Eksergian), integrated by DOP853 to 1e-12."""
     m = build(p, "minimal")
+    drag = sum(law.coefficient for law in scene.laws if isinstance(law, Viscous))
 
     def acceleration(phi: float, w: float, torque: float) -> float:
+        if drag:
+            torque -= drag * w * float(closed_form.rate(p.linkage, phi)) ** 2
         return float(closed_form.acceleration(p.linkage, p.masses, phi, w, torque))
 
     slope = one_freedom_slope(m, scene, "crank_angle", acceleration)

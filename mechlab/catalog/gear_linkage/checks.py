@@ -70,7 +70,10 @@ def state(p: Parameters, phi: float, w: float) -> State:
     # The phase of the idler's teeth has no dynamic effect: its body turns with the coupler and, by its joint, on it.
     idler = axis_rotation((0.0, 0.0, 1.0), turns["coupler"] + ra / rc * joint)
     poses = {"idler": (idler, np.array(in_plane(pin_c)))}
-    return State(values, speeds, particles, points, (0.0, 0.0, 0.0), 1, poses=poses)
+    energy = 0.5 * p.load_inertia * rates["output"] ** 2
+    if p.load_inertia:
+        values["load"], speeds["load"] = turns["output"], rates["output"]
+    return State(values, speeds, particles, points, (0.0, 0.0, 0.0), 1, energy, poses=poses)
 
 
 SAMPLES = 40_001

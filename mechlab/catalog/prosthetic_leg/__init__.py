@@ -4,7 +4,9 @@ from mechlab.catalog.bibliography import PROSTHESIS
 from mechlab.catalog.prosthetic_leg.build import SCENES, Parameters, build
 from mechlab.catalog.prosthetic_leg.checks import CHECKS
 from mechlab.catalog.prosthetic_leg.claims import CLAIMS
+from mechlab.catalog.prosthetic_leg.figures import FIGURES
 from mechlab.catalog.prosthetic_leg.questions import FREE_MOTION, SLIDES, expand, reference
+from mechlab.catalog.prosthetic_leg.stance import STANCE
 from mechlab.experiment.entry import Entry, PlotRecipe
 
 ENTRY = Entry(
@@ -26,9 +28,10 @@ ENTRY = Entry(
         PlotRecipe("hip, knee and ankle", ("hip", "knee", "ankle")),
         PlotRecipe("slides in the joints", ("hitch", "thigh", "shin")),
     ),
-    questions=(FREE_MOTION, SLIDES),
+    questions=(FREE_MOTION, SLIDES, STANCE),
     checks=CHECKS,
     claims=CLAIMS,
+    figures=FIGURES,
     reference=reference,
     expand=expand,
     chain="P(hitch) R(hip) P(thigh) R(knee) P(shin) R(ankle)",

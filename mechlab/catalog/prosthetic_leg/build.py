@@ -14,7 +14,7 @@ import numpy as np
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.entry import SceneRecipe
-from mechlab.experiment.laws import Servo
+from mechlab.experiment.laws import Law, Servo
 from mechlab.experiment.motion import Hold
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.scene import Scene, Settings
@@ -50,6 +50,24 @@ class Parameters:
     ankle_stiffness: float = parameter(20.0, "N m/rad", "spring of the ankle", low=0, source=CHOSEN)
     ankle_damping: float = parameter(0.5, "N m s/rad", "damper of the ankle", low=0, source=CHOSEN)
     gravity: float = parameter(9.81, "m/s2", "gravity, downwards")
+    stance_stiffness: float = parameter(
+        0.0, "N/m", "stiffness of the straight leg from hip to ankle; 0: as the springs give it, else they are scaled to it", low=0,
+        source=CHOSEN,
+    )
+
+    @property
+    def fitted_springs(self) -> tuple[float, float, float]:
+        """Stiffness of the springs of hitch, thigh and shin [N/m], scaled alike where `stance_stiffness` is stated: in series they have it.
+
+        Raises MechlabError where one of them is 0: no scale then gives a stiffness.
+        """
+        springs = (self.C_hitch, self.C_thigh, self.C_shin)
+        if self.stance_stiffness == 0.0:
+            return springs
+        if min(springs) <= 0.0:
+            raise MechlabError("prosthetic_leg: stance_stiffness scales C_hitch, C_thigh and C_shin; expected all three above 0.")
+        scale = self.stance_stiffness * sum(1.0 / c for c in springs)
+        return springs[0] * scale, springs[1] * scale, springs[2] * scale
 
 
 @dataclass(frozen=True)
@@ -150,6 +168,7 @@ def mechanism(p: Parameters, free: tuple[str, ...]) -> Mechanism:
     b = _Leg(p, free)
     size, w = body(p), 0.06 * p.body_height
     slide = {"damping": p.slider_damping}
+    c_hitch, c_thigh, c_shin = p.fitted_springs
     trunk = size.trunk
     torso = shape("rod", Placement.of(np.eye(3), (0.0, 1.7 * w, 0.05)), CLOTH, length=trunk.length, radius=0.9 * w)
     if set(free) & set(TRUNK):
@@ -161,17 +180,17 @@ def mechanism(p: Parameters, free: tuple[str, ...]) -> Mechanism:
     carriage = Inertia.axial(size.hitch_mass, size.hitch_inertia, size.hitch_inertia, (1.0, 0.0, 0.0))
     block = shape("box", IDENTITY, STEEL, x=0.8 * w, y=0.5 * w, z=0.8 * w)
     host = "torso" if set(free) & set(TRUNK) else GROUND
-    b.part("carriage", host, (prismatic("hitch", "z", stiffness=p.C_hitch, **slide),), carriage, [block])
+    b.part("carriage", host, (prismatic("hitch", "z", stiffness=c_hitch, **slide),), carriage, [block])
     upper, lower = size.thigh.halves
     long, short = size.thigh.length, size.shin.length
     b.part("thigh_socket", "carriage", (revolute("hip", TURN),), _bar(upper),
            [_tube(0.0, 0.55 * long, 0.7 * w, SOCKET)], turned=DOWN)  # fmt: skip
-    b.part("thigh_tube", "thigh_socket", (prismatic("thigh", "x", stiffness=p.C_thigh, **slide),), _bar(lower),
+    b.part("thigh_tube", "thigh_socket", (prismatic("thigh", "x", stiffness=c_thigh, **slide),), _bar(lower),
            [_tube(0.5 * long, 0.5 * long, 0.3 * w, STEEL)])  # fmt: skip
     upper, lower = size.shin.halves
     b.part("shin_tube", "thigh_tube", (revolute("knee", TURN),), _bar(upper),
            [_tube(0.0, 0.55 * short, 0.45 * w, SOCKET)], at=long)  # fmt: skip
-    b.part("pylon", "shin_tube", (prismatic("shin", "x", stiffness=p.C_shin, **slide),), _bar(lower),
+    b.part("pylon", "shin_tube", (prismatic("shin", "x", stiffness=c_shin, **slide),), _bar(lower),
            [_tube(0.5 * short, 0.5 * short, 0.25 * w, STEEL)])  # fmt: skip
     ankle = revolute("ankle", TURN, stiffness=p.ankle_stiffness, damping=p.ankle_damping)
     b.part("foot", "pylon", (ankle,), _foot(size), [_shoe(size, w)], at=short, turned=BACK)
@@ -237,19 +256,33 @@ def _swing(p: Parameters, fidelity: str) -> Scene:
     )  # fmt: skip
 
 
-def _drop(p: Parameters, fidelity: str) -> Scene:
-    """Rails hold the trunk upright, hip and knee are locked by stiff springs; the foot falls DROP onto the floor."""
-    stiff = {"trunk_x": (1e5, 2e3), "trunk": (5e4, 5e2), "hip": (5e3, 50.0), "knee": (5e3, 50.0)}
-    free = {n: k for n, k in stiff.items() if n in FREE[fidelity]}
-    laws = [Servo(n, Hold(0.0), kp, kd) for n, (kp, kd) in free.items()]
-    floor = Floor(("heel", "toe"), FREE[fidelity], -hip_height(p) - DROP, FLOOR_STIFFNESS, FLOOR_DAMPING)
+HELD = {"trunk_x": (1e5, 2e3), "trunk": (5e4, 5e2), "hip": (5e3, 50.0), "knee": (5e3, 50.0)}
+"""Stiffness and damping of the rails of the trunk and of the locks of hip and knee."""
+
+
+def standing(p: Parameters, fidelity: str, floor: float) -> tuple[Law, ...]:
+    """Rails hold the trunk upright, hip and knee are locked by stiff springs; the foot meets a floor at this height [m]."""
+    held = [Servo(n, Hold(0.0), kp, kd) for n, (kp, kd) in HELD.items() if n in FREE[fidelity]]
+    return (*held, Floor(("heel", "toe"), FREE[fidelity], floor, FLOOR_STIFFNESS, FLOOR_DAMPING))
+
+
+def _stance(p: Parameters, fidelity: str) -> Scene:
+    """The straight leg just touches the floor, and the body is let down on it."""
     return Scene(
-        "stance-drop", fidelity, 0.6, (*laws, floor), tolerance=5e-4,
+        "stance", fidelity, 1.5, standing(p, fidelity, -hip_height(p)), tolerance=5e-4,
+        settings=Settings(integrator="RK4", timestep=2.5e-4), text="the body is let down on the straight leg, which touches the floor",
+    )  # fmt: skip
+
+
+def _drop(p: Parameters, fidelity: str) -> Scene:
+    return Scene(
+        "stance-drop", fidelity, 0.6, standing(p, fidelity, -hip_height(p) - DROP), tolerance=5e-4,
         settings=Settings(integrator="RK4", timestep=2.5e-4), text="the leg falls 20 mm onto the floor with the body on it",
     )  # fmt: skip
 
 
 SCENES = {
     "swing": SceneRecipe(_swing, "parts", "the swing of the leg, trunk fixed: 0.45 s from hip -20 deg, knee -50 deg"),
+    "stance": SceneRecipe(_stance, "full", "the body let down on the straight leg; stance_stiffness fits the springs"),
     "stance-drop": SceneRecipe(_drop, "full", "a drop of 20 mm onto the straight leg, with the body on rails"),
 }

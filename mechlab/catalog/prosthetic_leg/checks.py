@@ -96,7 +96,7 @@ def state(p: Parameters, fidelity: str) -> State:
     particles = particles + above.part(foot.mass, (0.1 * moment, moment, moment), centre)
     for name, x in (("heel", -HEEL), ("toe", foot.length - HEEL)):
         points[name] = above.point(complex(x, -size.sole))[0]
-    springs = {"hitch": p.C_hitch, "thigh": p.C_thigh, "shin": p.C_shin, "ankle": p.ankle_stiffness}
+    springs = dict(zip(("hitch", "thigh", "shin"), p.fitted_springs, strict=True)) | {"ankle": p.ankle_stiffness}
     stored = sum(c * joints[n][0] * joints[n][1] for n, c in springs.items())
     dampers = {**dict.fromkeys(("hitch", "thigh", "shin"), p.slider_damping), "ankle": p.ankle_damping}
     lost = sum(b * joints[n][1] ** 2 for n, b in dampers.items())

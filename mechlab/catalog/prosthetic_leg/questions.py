@@ -44,6 +44,7 @@ def tree(p: Parameters, free: tuple[str, ...] = LEG) -> tm.Tree:
     b = body(p)
     thigh, shin = b.thigh.halves, b.shin.halves
     turn, up, along = tm.revolute(), tm.prismatic((0.0, 1.0)), tm.prismatic((1.0, 0.0))
+    c_hitch, c_thigh, c_shin = p.fitted_springs
     nothing, here, quarter = np.zeros((3, 3)), tm.placement((0.0, 0.0)), 0.5 * math.pi
     damping = p.slider_damping
     trunk = tm.planar_inertia(b.trunk.mass, (0.0, b.trunk.com), b.trunk.inertia)
@@ -54,11 +55,11 @@ def tree(p: Parameters, free: tuple[str, ...] = LEG) -> tm.Tree:
         tm.TreeLink(-1, here, along, nothing),
         tm.TreeLink(0, here, up, nothing),
         tm.TreeLink(1, here, turn, trunk),
-        tm.TreeLink(2, here, up, carriage, p.C_hitch, 0.0, damping),
+        tm.TreeLink(2, here, up, carriage, c_hitch, 0.0, damping),
         tm.TreeLink(3, tm.placement((0.0, 0.0), -quarter), turn, bars[0]),
-        tm.TreeLink(4, here, along, bars[1], p.C_thigh, 0.0, damping),
+        tm.TreeLink(4, here, along, bars[1], c_thigh, 0.0, damping),
         tm.TreeLink(5, tm.placement((b.thigh.length, 0.0)), turn, bars[2]),
-        tm.TreeLink(6, here, along, bars[3], p.C_shin, 0.0, damping),
+        tm.TreeLink(6, here, along, bars[3], c_shin, 0.0, damping),
         tm.TreeLink(
             7, tm.placement((b.shin.length, 0.0), quarter), turn, foot, p.ankle_stiffness, 0.0, p.ankle_damping
         ),
@@ -168,7 +169,7 @@ SAMPLES = 46
 def hitch_sag(p: Parameters) -> float:
     """Displacement of the hitch at which its spring carries carriage and leg [m], negative: downwards."""
     t = tree(p)
-    return float(tm.gravity_force(t, np.zeros(len(LEG)))[0] / p.C_hitch) if p.C_hitch > 0.0 else 0.0
+    return float(tm.gravity_force(t, np.zeros(len(LEG)))[0] / c) if (c := p.fitted_springs[0]) > 0.0 else 0.0
 
 
 def ankle_path(p: Parameters, q: Mapping[str, Array]) -> Array:
@@ -195,24 +196,25 @@ def answers(p: Parameters, witness: str, duration: float) -> dict[str, float]:
 def _answers(p: Parameters, witness: str, duration: float) -> dict[str, float]:
     times = np.linspace(0.0, duration, SAMPLES)
     sag = hitch_sag(p)
-    whole = _motion(p, witness, LEG, times, sag)
+    whole = swing_paths(p, witness, LEG, times, sag)
     truth = ankle_path(p, whole)
     out: dict[str, float] = {}
     for name, locked in LOCKED.items():
         free = tuple(n for n in LEG if n not in locked)
-        less = _motion(p, witness, free, times, sag if "hitch" in free else 0.0)
+        less = swing_paths(p, witness, free, times, sag if "hitch" in free else 0.0)
         path = ankle_path(p, less) + np.array([0.0, 0.0 if "hitch" in free else sag])
         out[f"{name}_error"] = float(np.max(np.linalg.norm(path - truth, axis=1)))
-    unloaded = ankle_path(p, _motion(p, witness, LEG, times, 0.0))
+    unloaded = ankle_path(p, swing_paths(p, witness, LEG, times, 0.0))
     rigid = tuple(n for n in LEG if n not in LOCKED["lock_slides"])
-    path = ankle_path(p, _motion(p, witness, rigid, times, 0.0))
+    path = ankle_path(p, swing_paths(p, witness, rigid, times, 0.0))
     out["lock_slides_unloaded_error"] = float(np.max(np.linalg.norm(path - unloaded, axis=1)))
     for name in ("hitch", "thigh", "shin"):
         out[f"{name}_travel"] = float(np.max(np.abs(whole[name] - whole[name][0])))
     return out
 
 
-def _motion(p: Parameters, witness: str, free: tuple[str, ...], times: Array, hitch: float) -> dict[str, Array]:
+def swing_paths(p: Parameters, witness: str, free: tuple[str, ...], times: Array, hitch: float) -> dict[str, Array]:
+    """Joints over times (n,) in the swing with those in `free`, the hitch starting at `hitch` [m]; witness: "analytic" or an engine."""
     start = SWING_START | {"hitch": hitch}
     initial, rates = {n: start.get(n, 0.0) for n in free}, {n: SWING_RATES.get(n, 0.0) for n in free}
     if witness == "analytic":

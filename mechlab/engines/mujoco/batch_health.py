@@ -18,8 +18,9 @@ from mechlab.engines.mujoco.findings import GAP_KINDS, LoopWatch
 from mechlab.engines.mujoco.model import Indices, MujocoMap
 from mechlab.engines.mujoco.passive_laws import passive_laws
 from mechlab.engines.state import RATE_LIMIT
+from mechlab.experiment.assembly_modes import mode_signs
 from mechlab.experiment.energy import CREEP, ENERGY_LIMIT, NOTHING, STANDSTILL, kinetic_energy
-from mechlab.experiment.findings import GAP_LIMIT, mode_signs, open_loop_finding, row_kinds
+from mechlab.experiment.findings import GAP_LIMIT, open_loop_finding, row_kinds
 from mechlab.experiment.laws import Servo
 from mechlab.experiment.recording import limit_finding
 from mechlab.experiment.scene import Scene, Settings
@@ -145,7 +146,7 @@ class BatchHealth:
     def _mode_changes(self, q: Array) -> Array:
         """(n,) how often the sign of the mode changes along the looked-at poses q (n, m, nq)."""
         finite = np.where(np.isfinite(q), q, 0.0)
-        signs = mode_signs(self.mechanism, finite.reshape(-1, q.shape[2]), self.scene.keep_mode).reshape(q.shape[:2])
+        signs = mode_signs(self.mechanism, finite, self.scene.keep_mode)
         return np.array([np.count_nonzero(np.diff(x[x != 0])) for x in signs], dtype=float)
 
     def _unaccounted(self, course: Course) -> Array:

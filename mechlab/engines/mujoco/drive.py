@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from functools import lru_cache
 
 import mujoco
 import numpy as np
 
-from mechlab.engines.mujoco.model import MujocoMap, passive, to_mujoco
+from mechlab.engines.mujoco.after_run import MOST_NUMBERS, AfterRun, ConstantLoads, HeldDrives, StepsBetween
+from mechlab.engines.mujoco.model import MujocoMap, Tuning, passive, to_mujoco
 from mechlab.engines.mujoco.plant import MujocoPlant
+from mechlab.engines.mujoco.stepping import Grid
 from mechlab.engines.state import RATE_LIMIT
 from mechlab.errors import MechlabError
 from mechlab.experiment.acting import held_drives
@@ -56,7 +61,8 @@ class Driver:
         self._rk4 = bool(plant.model.opt.integrator == mujoco.mjtIntegrator.mjINT_RK4)
         self._stage = 0
         self._last: tuple[float, float] | None = None
-        self.sampling = False
+        self.sampling = self.leads = False
+        self._at_sample: float | None = None
         self.memory = self.applied.states
         self._remembers = len(self.memory) > 0
         self._kept = self._seen = self.memory.initial
@@ -72,6 +78,20 @@ class Driver:
     def called(self) -> bool:
         """Whether the engine must call it while it steps."""
         return bool(self.curves) or (bool(self.laws) and not self.at_once)
+
+    def afterwards(self, steps: Grid, judged: bool) -> AfterRun | None:
+        """What tells forces and work from the states of a run, so that no call is needed; None where the calls have to. judged: whether
+        somebody asks for the work."""
+        if self.curves:
+            return None
+        if self.at_once or not self.laws:
+            return ConstantLoads(self.plant.map, self.forces)
+        if self.held is None or self.applied.laws or not self.held.steady:
+            return None
+        model = self.plant.model
+        if judged and steps.count * (model.nq + 2 * model.nv) > MOST_NUMBERS:
+            return None
+        return HeldDrives(self.held, steps, self._rk4, StepsBetween(model, self._data) if judged else None)
 
     @property
     def reads_rows(self) -> bool:
@@ -93,7 +113,7 @@ class Driver:
         """Work of the laws since the start [J]."""
         if self.at_once:
             return sum(f * (self.plant.value(name) - self._from[name]) for name, f in self.forces.items())
-        return self._work
+        return self._work if self._at_sample is None else self._at_sample
 
     def push(self) -> None:
         """One evaluation that keeps no account of forces and work, for runs of which states alone are kept."""
@@ -126,10 +146,12 @@ class Driver:
             self.push()
 
     def __call__(self) -> None:
-        """One evaluation: the engine's state is current, its forces are not computed yet."""
+        """One evaluation: the engine's state is current, its forces are not computed yet. `sampling`: for the record; `leads`: the
+        next step goes on from it, so that it is the first stage of that step too."""
         if self.curves:
             self.curves.put(self._data)
         count_work(self._price)
+        counts = self.leads or not self.sampling
         t = self._data.time
         total = self._apply(t)
         if self.held is not None:
@@ -140,10 +162,11 @@ class Driver:
         power = float(total.dot(self._qvel))
         if not math.isfinite(power):
             self._refuse()
-        if self._remembers and not self.sampling:
+        if self._remembers and counts:
             self._remember(t)
         if self._rk4:
-            if not self.sampling:
+            self._at_sample = self._work if self.sampling else None
+            if counts:
                 self._work += _RK4[self._stage] * self._option.timestep * power
                 self._stage = (self._stage + 1) % 4
             return
@@ -233,11 +256,39 @@ RunModel = tuple[mujoco.MjModel, mujoco.MjData, MujocoMap]
 
 def run_model(mechanism: Mechanism, settings: Settings, laws: Sequence[Law]) -> RunModel:
     """A model for a run under laws, without the automatic reset and with the actuators of `engage` alone."""
-    model, data = to_mujoco(mechanism, settings, bare=True)
+    return tunable_model(mechanism, settings, laws)[0]
+
+
+def tunable_model(mechanism: Mechanism, settings: Settings, laws: Sequence[Law]) -> tuple[RunModel, Tuning]:
+    """`run_model`, and what gives it other settings."""
+    model, data = to_mujoco(mechanism, None, bare=True)
+    tuning = Tuning(model)
+    tuning.put(settings)
     map_ = MujocoMap(mechanism, model)
     engage(map_, laws)
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
-    return model, data, map_
+    return (model, data, map_), tuning
+
+
+@lru_cache(maxsize=8)
+def _unused(mechanism: Mechanism, held: tuple[Law, ...], thread: int) -> list[tuple[RunModel, Tuning]]:
+    """Models of runs of a thread that have ended; `lent_model` takes from them and gives back."""
+    return []
+
+
+@contextmanager
+def lent_model(mechanism: Mechanism, settings: Settings, laws: Sequence[Law]) -> Iterator[RunModel]:
+    """A `run_model` for this block: what the same mechanism under the same held drives ran on before is tuned and reset, which is
+    cheaper than another MjModel and MjData. Whatever else the block changes in the model it has to put back."""
+    unused = _unused(mechanism, engaged(laws), threading.get_ident())
+    if unused:
+        made, tuning = unused.pop()
+        tuning.put(settings)
+        mujoco.mj_resetData(made[0], made[1])
+    else:
+        made, tuning = tunable_model(mechanism, settings, laws)
+    yield made
+    unused.append((made, tuning))  # not after an error: nobody knows what it left
 
 
 def put_start(data: mujoco.MjData, map_: MujocoMap, q: Array, v: Array) -> None:

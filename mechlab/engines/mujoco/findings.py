@@ -28,12 +28,11 @@ from mechlab.experiment.findings import (
 )
 from mechlab.experiment.held_rates import capture_finding
 from mechlab.experiment.lag import lag_findings
-from mechlab.experiment.ranges import outside_start_finding
+from mechlab.experiment.ranges import limited_parts, met_ends, outside_start_finding
 from mechlab.experiment.recording import Finding, Health
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
-from mechlab.mechanism.many_poses import ManyPoses
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Joint, Shaft, Spring
 
@@ -143,10 +142,8 @@ def health(
         out += lag_findings(mechanism, scene, settings)
         out.append(_slip(*samples.slip[:2], scene.tolerance))
     lost = dissipation(mechanism, q, v)
-    limited = [j.name for j in mechanism.joints if j.range is not None and j.nv == 1]
-    limited += [s.name for s in mechanism.shafts if s.range is not None]
-    limited += [s.name for s in mechanism.springs if s.range is not None]
-    stopped = _stopped(mechanism, limited, t, q, v)
+    limited = limited_parts(mechanism)
+    stopped = met_ends(mechanism, limited, t, q, v)
     if len(t) > 1:
         done = samples.work - work(t, lost)
         power = np.gradient(done, t)
@@ -193,30 +190,6 @@ def _blown(mechanism: Mechanism, blow_up: SteppingEnd, scene: Scene, settings: S
         tips.append("softer laws, such as smaller gains of a servo, or more inertia where it acts")
     text = f"the run blew up at t = {blow_up.t:.6g} s and was stopped: {blow_up.reason}. Try {', or '.join(tips)}"
     return Finding("blow_up", blow_up.t, scene.duration, "s", "error", text)
-
-
-def _stopped(mechanism: Mechanism, names: list[str], t: Array, q: Array, v: Array) -> Array:
-    """(names, n - 1) whether a joint, shaft or spring met an end of its range, or may have, between a sample and the next."""
-    step, ranges = np.diff(t), {j.name: j.range for j in mechanism.joints} | {s.name: s.range for s in mechanism.shafts}
-    springs = {s.name: s for s in mechanism.springs}
-    ranges |= {s.name: s.range for s in mechanism.springs if s.name in names and s.range is not None}
-    out = np.zeros((len(names), max(len(t) - 1, 0)), dtype=bool)
-    for k, name in enumerate(names):
-        low, high = ranges[name] or (-math.inf, math.inf)
-        if name in springs and springs[name].range is not None:
-            value, speed = _lengths(mechanism, springs[name], q, v)
-        else:
-            value, speed = mechanism.value(name, q), np.abs(v @ mechanism.row(name))
-        reach = np.maximum(speed[1:], speed[:-1]) * step
-        least, most = np.minimum(value[1:], value[:-1]) - reach, np.maximum(value[1:], value[:-1]) + reach
-        out[k] = (least <= low) | (most >= high)
-    return out
-
-
-def _lengths(mechanism: Mechanism, spring: Spring, q: Array, v: Array) -> tuple[Array, Array]:
-    """(n,) lengths of a spring [m] and the sizes of their rates [m/s]."""
-    length, rate = ManyPoses(mechanism).set(q).spring(spring, v)
-    return length, np.abs(rate)
 
 
 def _slip(measured: float, predicted: float, tolerance: float) -> Finding:

@@ -40,18 +40,27 @@ def _compiled(mechanism: Mechanism, bare: bool) -> mujoco.MjModel:
         raise MechlabError(f"{mechanism.name}: MuJoCo refuses the model: {error}") from None
 
 
-def _retune(model: mujoco.MjModel, settings: Settings) -> None:
-    """Give a compiled model the timestep, the integrator and the softness of other settings: all that they change in its text."""
-    kind = settings.integrator if settings.integrator in MUJOCO_INTEGRATORS else "RK4"
-    model.opt.timestep = settings.timestep
-    model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{kind.upper()}")
-    for name in _SOFT:
-        for what, written, wanted in (
-            ("solref", _AS_COMPILED.solref, settings.solref or _DEFAULT_SOLREF),
-            ("solimp", _AS_COMPILED.solimp, settings.solimp or _DEFAULT_SOLIMP),
-        ):
-            values = getattr(model, name.format(what))
-            values[(values == written).all(axis=1)] = wanted
+class Tuning:
+    """Gives a compiled model, as often as wanted, the timestep, the integrator and the softness of other settings: all that they
+    change in its text."""
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        self.model = model
+        self._rows: list[tuple[Array, Array, bool]] = []
+        for name in _SOFT:
+            for what, written in (("solref", _AS_COMPILED.solref), ("solimp", _AS_COMPILED.solimp)):
+                values = getattr(model, name.format(what))
+                own = (values == written).all(axis=1)
+                if own.any():
+                    self._rows.append((values, own, what == "solref"))
+
+    def put(self, settings: Settings) -> None:
+        """See the class."""
+        kind = settings.integrator if settings.integrator in MUJOCO_INTEGRATORS else "RK4"
+        self.model.opt.timestep = settings.timestep
+        self.model.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{kind.upper()}")
+        for values, own, reference in self._rows:
+            values[own] = settings.solref or _DEFAULT_SOLREF if reference else settings.solimp or _DEFAULT_SOLIMP
 
 
 def to_mujoco(mechanism: Mechanism, settings: Settings | None = None, bare: bool = False) -> tuple[mujoco.MjModel, mujoco.MjData]:
@@ -62,7 +71,7 @@ def to_mujoco(mechanism: Mechanism, settings: Settings | None = None, bare: bool
     """
     model = copy.copy(_compiled(mechanism, bare))
     if settings is not None:
-        _retune(model, settings)
+        Tuning(model).put(settings)
     data = mujoco.MjData(model)
     with engine():
         mujoco.mj_forward(model, data)

@@ -127,7 +127,11 @@ class Reactions:
 
     def accelerations(self) -> Array:
         """(n, nv) accelerations of the kept states."""
-        return self.map.rates(np.array(self._kept["qacc"]))
+        return self.map.rates(self.engine_accelerations())
+
+    def engine_accelerations(self) -> Array:
+        """(n, engine nv) accelerations of the kept states."""
+        return np.array(self._kept["qacc"])
 
     def loads(self) -> Array:
         """(n, channels) reactions at the kept states, in the order of `names`."""

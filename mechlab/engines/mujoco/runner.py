@@ -10,15 +10,16 @@ import numpy as np
 import scipy
 
 from mechlab.clock import costed, move_cost, spent_on
+from mechlab.engines.mujoco.after_run import HeldDrives
 from mechlab.engines.mujoco.control import controlled, engine
-from mechlab.engines.mujoco.drive import Driver, put_start, run_model
+from mechlab.engines.mujoco.drive import Driver, RunModel, lent_model, put_start
 from mechlab.engines.mujoco.findings import health, masses_finding
 from mechlab.engines.mujoco.plant import MujocoPlant
 from mechlab.engines.mujoco.samples import RunSamples
 from mechlab.engines.mujoco.sparse import sparse_is_right, sparse_steps
 from mechlab.engines.mujoco.stepping import Grid, advance, grid, sparsely
 from mechlab.errors import MechlabError, unknown
-from mechlab.experiment.findings import ModeWatch
+from mechlab.experiment.assembly_modes import ModeWatch
 from mechlab.experiment.recording import Cost, Health, Recording
 from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Scene, Settings, initial_state
 from mechlab.mechanism.model import Mechanism
@@ -59,17 +60,30 @@ def _run(mechanism: Mechanism, scene: Scene, chosen: Settings, steps: Grid, judg
         raise MechlabError(f"settings are for the engine {chosen.engine!r}, this is the runner of 'mujoco'.")
     if chosen.integrator not in MUJOCO_INTEGRATORS:
         raise unknown("integrator of mujoco", chosen.integrator, MUJOCO_INTEGRATORS)
+    with lent_model(mechanism, chosen, scene.laws) as lent:
+        return _recorded(mechanism, scene, chosen, steps, judged, lent)
+
+
+def _recorded(
+    mechanism: Mechanism, scene: Scene, chosen: Settings, steps: Grid, judged: bool, lent: RunModel
+) -> Recording:
+    """The run, on a model with the settings."""
+    model, data, map_ = lent
     q, v = initial_state(mechanism, scene)
-    model, data, map_ = run_model(mechanism, chosen, scene.laws)
     put_start(data, map_, q, v)
     driver = Driver(mechanism, scene.laws, MujocoPlant(mechanism, model, data, map_))
-    samples = RunSamples(model, data, map_, driver, ModeWatch(mechanism, scene.keep_mode))
+    after = driver.afterwards(steps, judged)
+    samples = RunSamples(model, data, map_, driver, ModeWatch(mechanism, scene.keep_mode), after)
     act = driver if judged else driver.unaccounted
-    with controlled(data, act) if driver.called else engine(), spent_on("record"):
+    with controlled(data, act) if after is None else engine(), spent_on("record"):
         # laws in Python read the dense rows in the middle of a step, reactions of distance loops at the samples
-        sparse = not driver.reads_rows and sparse_is_right(model, data)
+        sparse = (after is not None or not driver.reads_rows) and sparse_is_right(model, data)
+        step = after.between if isinstance(after, HeldDrives) else None
         with sparse_steps(model, sparse and not samples.reactions.distances):
-            blow_up, cpu, done = advance(model, data, map_, steps, samples.take, sparsely if sparse else None)
+            # of distance loops samples are made in the same data, and sparse steps evaluate by another way
+            evaluate = None if sparse or samples.reactions.distances else samples.evaluate
+            take = samples.keep if evaluate else samples.take
+            blow_up, cpu, done = advance(model, data, map_, steps, take, sparsely(step) if sparse else step, evaluate)
     move_cost("record", "integrate", cpu)
     with spent_on("record"):
         if samples.cut():  # the run ends there, whatever came after
@@ -78,7 +92,7 @@ def _run(mechanism: Mechanism, scene: Scene, chosen: Settings, steps: Grid, judg
     found = Health()
     with spent_on("check"):
         if judged:
-            ahead = [f for f in (samples.loops.finding(scene.duration), masses_finding(map_, q)) if f is not None]
+            ahead = [f for f in (samples.loops.finding(scene.duration), masses_finding(map_, q, data)) if f is not None]
             found = Health(tuple(ahead)) + health(mechanism, scene, chosen, data, blow_up, samples)
     per_step = 4 if chosen.integrator == "RK4" else 1
     return Recording(

@@ -8,12 +8,13 @@ from typing import Protocol, cast
 import mujoco
 import numpy as np
 
+from mechlab.engines.mujoco.after_run import AfterRun
 from mechlab.engines.mujoco.findings import FrictionWatch, LoopWatch
 from mechlab.engines.mujoco.model import MujocoMap
 from mechlab.engines.mujoco.reactions import Reactions
 from mechlab.engines.mujoco.stepping import finite
 from mechlab.errors import MechlabError
-from mechlab.experiment.findings import ModeWatch
+from mechlab.experiment.assembly_modes import ModeWatch
 from mechlab.experiment.recording import run_channels
 from mechlab.mechanism.geometry import Array
 
@@ -25,6 +26,7 @@ class ForceSource(Protocol):
     """What samples ask of a Driver."""
 
     sampling: bool
+    leads: bool
     targets: tuple[str, ...]
 
     @property
@@ -38,14 +40,16 @@ class ForceSource(Protocol):
 
 
 class RunSamples:
-    """See the module. `more_work` (n,) [J] and `allowance` [J] add to what the samples tell of work and of energy in soft rows."""
+    """See the module. after: what tells forces and work once all samples are taken, else the driver does at each of them.
+    `more_work` (n,) [J] and `allowance` [J] add to what the samples tell of work and of energy in soft rows."""
 
     def __init__(
-        self, model: mujoco.MjModel, data: mujoco.MjData, map_: MujocoMap, driver: ForceSource, watch: ModeWatch
-    ) -> None:
+        self, model: mujoco.MjModel, data: mujoco.MjData, map_: MujocoMap, driver: ForceSource, watch: ModeWatch,
+        after: AfterRun | None = None,
+    ) -> None:  # fmt: skip
         self.model, self.data, self.map, self.driver = model, data, map_, driver
         self.reactions = Reactions(map_)
-        self.watch = watch
+        self.watch, self.after = watch, after
         self._motion = data.qpos, data.qvel, data.qacc
         self.loops = LoopWatch(map_)
         self.friction = FrictionWatch(map_)
@@ -58,12 +62,21 @@ class RunSamples:
         self.allowance = 0.0
 
     def take(self, t: float) -> bool:
-        """Evaluate the present state and record it; a state that is not finite is left out. True: end the run here, a loop has
+        """`evaluate` the present state and `keep` it."""
+        self.evaluate()
+        return self.keep(t)
+
+    def evaluate(self, leads: bool = False) -> None:
+        """Evaluate the present state; leads: the next step goes on from there."""
+        driver = self.driver
+        driver.sampling, driver.leads = True, leads
+        mujoco.mj_forward(self.model, self.data)
+        driver.sampling = False
+
+    def keep(self, t: float) -> bool:
+        """Record the state that was evaluated; one that is not finite is left out. True: end the run here, a loop has
         opened, or the assembly mode, which is looked at once in WATCHED samples, is not the one to keep: `cut` says where."""
         data, (qpos, qvel, qacc) = self.data, self._motion
-        self.driver.sampling = True
-        mujoco.mj_forward(self.model, data)
-        self.driver.sampling = False
         if not finite(qacc):
             if not self.t:
                 raise MechlabError(f"{self.map.mechanism.name}: MuJoCo's accelerations at t = 0 are not finite.")
@@ -71,8 +84,9 @@ class RunSamples:
         self.t.append(t)
         self._states.append((qpos.copy(), qvel.copy()))
         self.reactions.keep(data)
-        self._force.append(self.driver.now())
-        self._work.append(self.driver.work)
+        if self.after is None:
+            self._force.append(self.driver.now())
+            self._work.append(self.driver.work)
         self.friction.take(data)
         return self.loops.opened(t, data) or (self.watch.watches and self._mode_lost(WATCHED))
 
@@ -100,10 +114,16 @@ class RunSamples:
         return True
 
     @cached_property
+    def _motions(self) -> tuple[Array, Array]:
+        """The engine's coordinates (n, nq) and rates (n, nv), once all samples are taken."""
+        qpos, qvel = zip(*self._states, strict=True)
+        return np.array(qpos), np.array(qvel)
+
+    @cached_property
     def states(self) -> tuple[Array, Array]:
         """Coordinates (n, nq) and rates (n, nv) of the mechanism, once all samples are taken."""
-        qpos, qvel = zip(*self._states, strict=True)
-        return self.map.coordinates(np.array(qpos)), self.map.rates(np.array(qvel))
+        qpos, qvel = self._motions
+        return self.map.coordinates(qpos), self.map.rates(qvel)
 
     def channels(self) -> tuple[dict[str, Array], dict[str, str]]:
         """All channels of the run, with units."""
@@ -114,12 +134,16 @@ class RunSamples:
     @property
     def forces(self) -> dict[str, Array]:
         """Joint or shaft -> (n,) force of the laws on it."""
+        if self.after is not None:
+            return self.after.forces(*self._motions)
         values = np.array(self._force).reshape(len(self.t), len(self.driver.targets))
         return {name: values[:, k] for k, name in enumerate(self.driver.targets)}
 
     @property
     def work(self) -> Array:
         """(n,) work of the laws since the start [J]."""
+        if self.after is not None:
+            return self.after.work(*self._motions, self.reactions.engine_accelerations()) + self.more_work
         return np.array(self._work) + self.more_work
 
     @property

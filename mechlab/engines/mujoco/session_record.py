@@ -15,9 +15,10 @@ from mechlab.engines.mujoco.runner import versions
 from mechlab.engines.mujoco.samples import RunSamples
 from mechlab.engines.mujoco.session_kept import Kept
 from mechlab.experiment.acting import drive_law
+from mechlab.experiment.assembly_modes import ModeWatch
 from mechlab.experiment.energy import dissipation
 from mechlab.experiment.energy import work as work_of
-from mechlab.experiment.findings import ModeWatch, open_loop_finding, saturation_finding
+from mechlab.experiment.findings import open_loop_finding, saturation_finding
 from mechlab.experiment.recording import Cost, Finding, Health, Recording
 from mechlab.mechanism.geometry import Array
 
@@ -33,6 +34,7 @@ class _Replay:
         self.laws = Driver(s.mechanism, s.scene.laws, MujocoPlant(s.mechanism, s.model, data, s.map))
         self.targets = tuple(dict.fromkeys((*self.drives.on, *self.laws.targets)))
         self.work = 0.0
+        self.leads = False
         self._forces: Array = np.zeros(0)
 
     @property

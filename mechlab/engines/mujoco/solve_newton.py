@@ -76,7 +76,8 @@ class MujocoCloser:
         now = list(self.targets.now(self.data).values())
         held = np.zeros((len(rows := held_rows(self.mechanism, self.names)), self.model.nv))
         held[:, self.map.dof] = rows
-        return NewtonSteps(self.evaluate(x, now)[1], held)
+        rows = self.evaluate(x, now)[1]
+        return NewtonSteps(rows, held, int(self.data.ne))
 
 
 def kept_closer(mechanism: Mechanism, names: tuple[str, ...]) -> MujocoCloser:

@@ -20,6 +20,15 @@ from mechlab.mechanism.model import Mechanism
 MAX_SAMPLES = 1000
 INTEGRATION_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 """All that the next step depends on."""
+INTEGRATE: dict[int, Callable[[mujoco.MjModel, mujoco.MjData], None]] = {
+    int(mujoco.mjtIntegrator.mjINT_RK4): lambda model, data: mujoco.mj_RungeKutta(model, data, 4),
+    int(mujoco.mjtIntegrator.mjINT_EULER): mujoco.mj_Euler,
+    int(mujoco.mjtIntegrator.mjINT_IMPLICIT): mujoco.mj_implicit,
+    int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST): mujoco.mj_implicit,
+}
+"""What mj_step does after mj_forward."""
+CHECKED = 1e18
+"""The engine looks at states and accelerations before a step, for numbers beyond 1e10; below this sum of squares there are none."""
 UNSOLVED = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
 """Warnings of the engine that say that a run has blown up."""
 
@@ -54,6 +63,12 @@ class Grid:
     def t(self, step: int) -> float:
         """Time of a step number."""
         return self.duration if step == self.count else step * self.timestep
+
+    @property
+    def whole(self) -> int:
+        """Number of steps of the length h."""
+        short = self.duration - (self.count - 1) * self.timestep < self.timestep * (1.0 - 1e-9)
+        return self.count - 1 if short else self.count
 
 
 Step = Callable[[mujoco.MjModel, mujoco.MjData, Grid, int, int], None]
@@ -93,32 +108,53 @@ def advance(
     steps: Grid,
     sample: Callable[[float], bool],
     step: Step | None = None,
+    evaluate: Callable[[bool], None] | None = None,
 ) -> tuple[SteppingEnd | None, float, int]:
     """Step through the grid and call `sample(t)` at every recorded step, the first included; end there when it
     answers True. `step(model, data, grid, start, end)` takes the steps instead of the engine alone (`take_steps`).
 
     `data` is at t = 0. Between samples the engine steps on its own. `sample` may evaluate `data` (mj_forward): what the
-    solver remembers is put back, so that sampling does not change the motion by a bit. Returns what went wrong, the
-    CPU seconds of stepping, and the number of steps.
+    solver remembers is put back, so that sampling does not change the motion by a bit. `evaluate(leads)` does that ahead of `sample`,
+    which then only reads; where it `leads` the next step goes on from there, as mj_step would after evaluating the same state again.
+    Returns what went wrong, the CPU seconds of stepping, and the number of steps.
     """
-    cpu, done, take, clock = 0.0, 0, step or take_steps, time.thread_time
+    cpu, done, take, clock, whole = 0.0, 0, step or take_steps, time.thread_time, steps.whole
     fault, accelerations, memory = _Fault(data), data.qacc, data.qacc_warmstart
-    state = np.empty(mujoco.mj_stateSize(model, INTEGRATION_STATE))
+    integrate = None if evaluate is None else INTEGRATE.get(int(model.opt.integrator))
+    state, leads = np.empty(mujoco.mj_stateSize(model, INTEGRATION_STATE)), False
+    kept, before = memory.copy(), data.qvel.copy()
     for here in steps.samples:
+        start = clock()
         if here > done:
-            mujoco.mj_getState(model, data, state, INTEGRATION_STATE)
-            start = clock()
-            take(model, data, steps, done, here)
-            cpu += clock() - start
+            single = here == done + 1
+            if single:
+                before[:] = data.qvel
+            else:
+                mujoco.mj_getState(model, data, state, INTEGRATION_STATE)
+            if leads and integrate is not None:
+                integrate(model, data)
+                done += 1
+            if here > done:
+                take(model, data, steps, done, here)
+            if fault.seen() and single:
+                return SteppingEnd(steps.t(here), end_reason(data, map_, before)), cpu + clock() - start, here
             if fault.seen():
-                return _locate(model, data, map_, steps, state, done, here, take), cpu, here
+                end = _locate(model, data, map_, steps, state, done - 1 if leads else done, here, take)
+                return end, cpu + clock() - start, here
             done = here
         data.time = steps.t(here)
-        kept = memory.copy()
+        leads = integrate is not None and done < whole and fault.far < CHECKED
+        kept[:] = memory
+        if evaluate is not None:
+            evaluate(leads)
+        cpu += clock() - start
         stop = sample(data.time)
-        if not finite(accelerations):  # of the state, only the accelerations are new
+        size = accelerations.dot(accelerations)
+        if not (size < CHECKED or finite(accelerations)):  # of the state, only the accelerations are new
             return SteppingEnd(data.time, end_reason(data, map_, data.qvel)), cpu, done
-        memory[:] = kept
+        leads = leads and size < CHECKED
+        if not leads:
+            memory[:] = kept
         if stop:
             break
     return None, cpu, done
@@ -138,10 +174,15 @@ def take_steps(model: mujoco.MjModel, data: mujoco.MjData, steps: Grid, start: i
             model.opt.timestep = steps.timestep
 
 
-def sparsely(model: mujoco.MjModel, data: mujoco.MjData, steps: Grid, start: int, end: int) -> None:
-    """`take_steps` with the sparse Jacobian; the samples between see what the model says."""
-    with sparse_steps(model):
-        take_steps(model, data, steps, start, end)
+def sparsely(step: Step | None = None) -> Step:
+    """`take_steps`, or another step, with the sparse Jacobian; the samples between see what the model says."""
+    take = step or take_steps
+
+    def stepped(model: mujoco.MjModel, data: mujoco.MjData, steps: Grid, start: int, end: int) -> None:
+        with sparse_steps(model):
+            take(model, data, steps, start, end)
+
+    return stepped
 
 
 def finite(values: Array) -> bool:
@@ -155,12 +196,14 @@ class _Fault:
     def __init__(self, data: mujoco.MjData) -> None:
         self._state = data.qpos, data.qvel, data.qacc
         self._position, self._rate, self._acceleration = (data.warning[k] for k in UNSOLVED)
+        self.far = 0.0
+        """Sum of the squares of the coordinates when it was last looked."""
 
     def seen(self) -> bool:
         """Whether it has."""
         q, v, a = self._state
-        speed = v.dot(v)
-        if not (math.isfinite(q.dot(q) + a.dot(a)) and speed <= RATE_LIMIT**2):  # mostly the sums of squares tell
+        speed, self.far = v.dot(v), q.dot(q)
+        if not (math.isfinite(self.far + a.dot(a)) and speed <= RATE_LIMIT**2):  # mostly the sums of squares tell
             if not (finite(q) and finite(v) and finite(a)) or np.max(np.abs(v), initial=0.0) > RATE_LIMIT:
                 return True
         return bool(self._position.number or self._rate.number or self._acceleration.number)

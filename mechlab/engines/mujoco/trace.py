@@ -13,8 +13,8 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import controlled, engine
-from mechlab.engines.mujoco.drive import Driver, engaged, put_start, run_model
-from mechlab.engines.mujoco.model import MujocoMap
+from mechlab.engines.mujoco.drive import Driver, RunModel, engaged, put_start, run_model, tunable_model
+from mechlab.engines.mujoco.model import MujocoMap, Tuning
 from mechlab.engines.mujoco.plant import MujocoPlant
 from mechlab.engines.mujoco.sparse import sparse_is_right, sparse_steps
 from mechlab.engines.mujoco.springs import SpringDamper, put_springs, spring_dampers
@@ -55,8 +55,8 @@ class Steps:
     """A timed run of a scene that can be continued; the timestep must divide `between`, the time between outputs [s].
 
     Laws are evaluated at every stage, inside the timed steps. Under laws that are springs and dampers to the engine
-    (`mechlab.engines.mujoco.springs`) and drives that hold, runs of a thread share one MjData for a mechanism and its settings, and
-    each keeps its state. Raises MechlabError for bad input.
+    (`mechlab.engines.mujoco.springs`) and drives that hold, runs of a thread share one MjData for a mechanism, and each keeps its
+    state. Raises MechlabError for bad input.
     """
 
     def __init__(self, mechanism: Mechanism, scene: Scene, settings: Settings, between: float) -> None:
@@ -66,9 +66,13 @@ class Steps:
         self.price = MUJOCO.of(mechanism) * (4.0 if settings.integrator == "RK4" else 1.0)
         springs = None if mechanism.curves else spring_dampers(mechanism, _called(scene), settings.integrator == "RK4")
         constant: Array | None = None
+        self._settings = settings
+        self._tuning: Tuning | None = None
         if springs is not None:
-            thread = threading.get_ident()
-            self.model, self.data, self.map, constant = _kept(mechanism, settings, engaged(scene.laws), springs, thread)
+            kind = replace(settings, timestep=1.0)
+            made = _kept(mechanism, kind, engaged(scene.laws), springs, threading.get_ident())
+            (self.model, self.data, self.map), self._tuning, constant = made
+            self._tuning.put(settings)
             mujoco.mj_resetData(self.model, self.data)
         else:
             self.model, self.data, self.map = run_model(mechanism, settings, engaged(scene.laws))
@@ -87,6 +91,8 @@ class Steps:
     def advance(self, outputs: int) -> Trace:
         """The present state and the states after each of `outputs` further intervals `between`."""
         model, data = self.model, self.data
+        if self._tuning is not None:
+            self._tuning.put(self._settings)
         model.opt.timestep = self.timestep
         mujoco.mj_setState(model, data, self._state, INTEGRATION_STATE)
         for w in UNSOLVED:
@@ -106,10 +112,10 @@ def trace(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) 
 @lru_cache(maxsize=16)
 def _kept(
     mechanism: Mechanism, settings: Settings, held: tuple[Law, ...], springs: tuple[SpringDamper, ...], thread: int
-) -> tuple[mujoco.MjModel, mujoco.MjData, MujocoMap, Array]:
-    """`run_model` with springs and dampers in it, and their constant force; made once for a thread."""
-    model, data, map_ = run_model(mechanism, settings, held)
-    return model, data, map_, put_springs(map_, springs)
+) -> tuple[RunModel, Tuning, Array]:
+    """`tunable_model` with springs and dampers in it, and their constant force; made once for a thread."""
+    made, tuning = tunable_model(mechanism, settings, held)
+    return made, tuning, put_springs(made[2], springs)
 
 
 def _constant(scene: Scene) -> bool:

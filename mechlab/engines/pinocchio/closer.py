@@ -12,12 +12,13 @@ from mechlab.engines.pinocchio.constraints import PinConstraints
 from mechlab.engines.pinocchio.kinematics import PinKinematics
 from mechlab.engines.pinocchio.quantities import Quantities, interpolate
 from mechlab.mechanism.constraints import ConstraintSet
+from mechlab.mechanism.followed_mode import same_sign
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kept import LastKept
 from mechlab.mechanism.kinematics import integrate
 from mechlab.mechanism.many_rows import NewtonSteps, held_rows
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.structure import generic, independent_rows, same_sign
+from mechlab.mechanism.structure import generic, independent_rows, rows_repeat
 
 NEAR = 0.05
 """Moves smaller than this [rad or m] stay in one assembly mode."""
@@ -51,7 +52,7 @@ class Closer:
     @cached_property
     def newton_steps(self) -> NewtonSteps:
         """The steps of these equations, from the rows at a generic pose."""
-        return NewtonSteps(self._rows(generic(self.mechanism)[0]), held_rows(self.mechanism, self.names))
+        return NewtonSteps(self._rows(generic(self.mechanism)[0]), held_rows(self.mechanism, self.names), len(self.constraints))
 
     def values(self, q: Array) -> list[Array | float]:
         """Present values of the targets."""
@@ -63,7 +64,7 @@ class Closer:
         lies a position where two modes meet. True too when the sign cannot tell (the matrix is not square)."""
         if float(np.max(np.abs(before - after), initial=0.0)) < NEAR:
             return True
-        if len(self._independent) == len(self.constraints):
+        if not rows_repeat(self.mechanism):
             a, b = self._mode(before), self._mode(after)
             return a == 0.0 or b == 0.0 or a == b
         self.kin.set(after)

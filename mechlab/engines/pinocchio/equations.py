@@ -119,7 +119,7 @@ class Equations:
 
     def instant(self, t: float, y: Array, forward: Forward | None = None) -> Instant:
         """Accelerations, reactions and forces at a state; forward: what takes the place of `self.forward`. Errors that laws raise
-        surface. Raises BlowUp where the motion cannot go on."""
+        surface, and a force that is not finite is a MechlabError. Raises BlowUp where the motion cannot go on."""
         count_work(self.price)
         plant = self.move(t, y)
         try:
@@ -133,9 +133,10 @@ class Equations:
         with np.errstate(over="ignore"):
             finite = math.isfinite(a.dot(a)) or np.isfinite(a).all()
         if not finite:
-            names = ", ".join(n for n, f in zip(self.applied.targets, forces.tolist(), strict=True) if not math.isfinite(f))
-            by = f": the laws give {names} a force that is not finite" if names else ""
-            raise BlowUp(t, f"the accelerations are not finite{by}")
+            for name, f in zip(self.applied.targets, forces.tolist(), strict=True):
+                if not math.isfinite(f):  # of a law, not of a state that has run away: `move` has looked
+                    raise MechlabError(f"{self.mechanism.name}: the laws give {name!r} the force {f} at t = {t:.6g} s.")
+            raise BlowUp(t, "the accelerations are not finite")
         power = float(force @ plant.v) - plant.passive.loss(plant.kin, plant.v)
         return Instant(a, reactions, dict(zip(self.applied.targets, forces.tolist(), strict=True)), power)
 

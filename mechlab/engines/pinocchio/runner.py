@@ -16,9 +16,9 @@ from mechlab.engines.pinocchio.equations import Equations
 from mechlab.engines.pinocchio.reactions import channels
 from mechlab.engines.state import BlowUp, Instant
 from mechlab.errors import unknown
+from mechlab.experiment.assembly_modes import ModeWatch
 from mechlab.experiment.energy import energy_finding
 from mechlab.experiment.findings import (
-    ModeWatch,
     friction_finding,
     kinematic_findings,
     saturation_finding,

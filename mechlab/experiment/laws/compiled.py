@@ -213,6 +213,23 @@ class CompiledLaws:
         """(nv,) generalised force at the state that was put, where all laws are `affine`."""
         return self._direct.dot(self._z)
 
+    @property
+    def steady(self) -> bool:
+        """Whether the laws are affine in the state of the mechanism alone, whatever the time."""
+        return self.affine and self._basis.size == 2 and not self._rows[:, 1].any() and not len(self.states)
+
+    def affine_rows(self) -> tuple[Array, Array, Array, Array]:
+        """c (targets,), A_q (targets, nq), A_v and B (targets, nv) of `steady` laws: forces c + A_q q + A_v v, rates of the targets
+        B v, in the order of the engine."""
+        o = self._order
+        on_q, on_v = self._rows[:, 2 : 2 + o.nq], self._rows[:, 2 + o.nq : 2 + o.nq + o.nv]
+        return self._rows[:, 0], on_q, on_v, self._map.T
+
+    def slopes(self, v: Array) -> Array:
+        """(n, targets) rates A_q dq/dt of the forces of `steady` laws at rates v (n, nv)."""
+        o = self._order
+        return np.asarray(v[:, o.rates] @ self._rows[:, 2 + o.coordinates].T)
+
     def state_rates(self, t: float, plant: Plant) -> Array:
         """(states,) time derivative of the states of the laws."""
         if self._all_rates:

@@ -32,6 +32,7 @@ from mechlab.lab.design import Design
 from mechlab.lab.methods import Problem, has_kinks
 from mechlab.lab.problem_settings import other_softness
 from mechlab.mechanism import Mechanism
+from mechlab.mechanism.singularity import may_pass_singular
 
 OUTPUTS = 400
 SAMPLED = 1.5
@@ -41,6 +42,8 @@ CAPTURES, SHORTER = 3, 0.4
 next error, which is of first order in it, shall be."""
 EVERY, EVERY_ONE = 4, 16
 """The runs compared with are recorded at every EVERYth output, and at the first ones, where motions start that die away at once."""
+FINER = 0.1
+"""Share of the error asked for that is asked for where the energy of a run does not balance."""
 STATES_SUFFICE = frozenset({"poses", "drive_forces"})
 
 ComparedRuns = tuple[tuple[Recording, float], ...]
@@ -63,7 +66,32 @@ def run_to_error(
     It is made from the states whose error was estimated where those are all that the scene needs; otherwise an engine runs the
     scene with the accepted settings, and its difference from those states counts as error too. budget: most counted work [s] of
     the trials; default: `default_budget`.
+
+    Positions may be right to a step that does not resolve fast rates, and the forces that damp them. The energy says so, and the scene
+    is solved once more to FINER of the error.
     """
+    made = _to_error(design, scene, max_error, at, budget)
+    if not _only_energy(made.recording):
+        return made
+    try:
+        finer = _to_error(design, scene, FINER * max_error, at, budget)
+    except NoSolution:
+        return made
+    found = finer.recording.health.findings
+    if any(f.severity == "error" for f in found):
+        return made
+    why = f"{FINER * max_error:g} was tried because at {max_error:g} the energy does not balance"
+    found = tuple(replace(f, limit=max_error, sentence=f"{f.sentence}; {why}") if f.name == "max_error" else f for f in found)
+    return replace(finer, recording=replace(finer.recording, health=Health(found)))
+
+
+def _only_energy(made: Recording) -> bool:
+    """Whether the energy balance is all that is wrong with a run."""
+    return {f.name for f in made.health.findings if f.severity == "error"} == {"energy_balance"}
+
+
+def _to_error(design: Design, scene: Scene, max_error: float, at: Sequence[float], budget: float | None) -> ControlledRun:
+    """`run_to_error`, whatever the energy says."""
     m = design.mechanism(scene.fidelity)
     remembers = any(tuple(getattr(law, "start", tuple)()) for law in scene.laws)
     # kinks come between the samples: only the steps account for the energy there
@@ -88,14 +116,18 @@ def run_to_error(
 
 
 def _confirmed(made: Recording, result: Solution) -> Recording:
-    """The recording; not to be trusted where steps went through a toggle and the other method does not confirm the way that they took:
-    where two assembly modes meet, finer steps of one method may agree on a way that another does not take."""
-    passed = any(f.name == "assembly_mode" and f.value > 0.0 for f in made.health.findings)
-    if result.motion is not None or not passed or result.check is None or result.check.difference <= result.max_error:
+    """The recording; not to be trusted where it may pass a singular position of the constraints and the other method does not confirm
+    the way that it took: where two assembly modes meet, finer steps of one method may agree on a way that another does not take. A limit
+    position of the drive alone, where the closed poses go on smoothly, is no such place."""
+    check = result.check
+    if result.motion is not None or check is None or check.difference <= result.max_error:
+        return made
+    if not may_pass_singular(made.mechanism, result.q):
         return made
     text = (
-        "a toggle was passed, where assembly modes meet, and another method went another way by "
-        f"{result.check.difference:.2g} {result.unit}: do not trust this run"
+        "the run passes, or nearly, a place where assembly modes meet, and another method does not confirm the way: it is "
+        f"{check.difference:.2g} {result.unit} away, {'more' if check.difference > check.own else 'less'} than it changed by in its last "
+        "refinement; do not trust this run"
     )
     found = tuple(
         replace(f, severity="error", sentence=f"{f.sentence}; {text}") if f.name == "max_error" else f for f in made.health.findings

@@ -37,6 +37,7 @@ from mechlab.lab.fastest_rate import command_rate, fastest_rate
 from mechlab.lab.methods import Problem, has_kinks
 from mechlab.mechanism.batch_tree import BatchRows, BatchTree
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.singularity import may_pass_singular
 from mechlab.mechanism.structure import structure
 
 T = TypeVar("T")
@@ -145,10 +146,11 @@ def solve_by_refinement(
     others = [x for x in ran if x is not best]
     checked = _check_by_other(best, others, t, problem)
     far = max(max_error, APART * largest(tracked - tracked[0]))
-    for _ in range(CONFIRMATIONS if winner is not None else 0):
+    branches = checked is not None and checked.difference > max_error and may_pass_singular(problem.mechanism, q)
+    for _ in range((CONFIRMATIONS_OF_WAY if branches else CONFIRMATIONS) if winner is not None else 0):
         left = budget - counter.work
         again = [x for x in others if checked is not None and x.rule.name == checked.method and x.next_cost <= left]
-        if checked is None or checked.difference <= far or not again:
+        if checked is None or checked.difference <= (max_error if branches else far) or not again:
             break
         _counting_runs_only(counter, again[0], partial(again[0].refine, left))
         checked = _check_by_other(best, others, t, problem) or checked
@@ -186,9 +188,10 @@ def solve_by_refinement(
     )  # fmt: skip
 
 
-APART, CONFIRMATIONS = 0.01, 3
-"""Share of the motion by which another method may differ at last, and how often it is made sharper to see whether it comes nearer:
-past places where assembly modes meet, each method may go on, and settle, another way."""
+APART, CONFIRMATIONS, CONFIRMATIONS_OF_WAY = 0.01, 3, 8
+"""Share of the motion by which another method may differ at last, and how often it is made sharper to see whether it comes nearer. Past
+places where assembly modes meet, each method may go on, and settle, another way: there it is made sharper more often, until it differs by
+no more than what is asked for."""
 ANOTHER_WAY = "two methods whose runs both get to the end are far apart there, as past a place where assembly modes meet"
 LONGEST, FEWEST_STEPS = 16, 25
 """The longest first step, in distances of the outputs, and the fewest first steps."""

@@ -104,6 +104,8 @@ def sweep(
                 f"{done} of {request.count} points were finished; with -o FILE.nc they would be kept"
             ) from None
         parts.write()
+        if not done:
+            raise Interrupted(f"none of {request.count} points was finished, nothing is kept") from None
         raise Interrupted(
             f"{done} of {request.count} points are kept in {parts.folder}; --resume goes on from there"
         ) from None

@@ -14,7 +14,8 @@ from mechlab.engines.mujoco.runner import run
 from mechlab.engines.mujoco.stepping import grid
 from mechlab.errors import MechlabError
 from mechlab.experiment.acting import acting
-from mechlab.experiment.findings import OPEN_LOOP, mode_signs
+from mechlab.experiment.assembly_modes import mode_signs
+from mechlab.experiment.findings import OPEN_LOOP
 from mechlab.experiment.laws import Constant, Harmonic, Servo, Viscous
 from mechlab.experiment.motion import Hold
 from mechlab.experiment.scene import Scene, Settings, initial_state

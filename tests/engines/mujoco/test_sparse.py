@@ -87,7 +87,7 @@ def test_a_large_chain_of_four_bars_is_stepped_alike() -> None:
     found = entry("n_fourbar")
     mechanism = found.build(found.parameters(N=60), "full")
     ends = []
-    for step in (take_steps, sparsely):
+    for step in (take_steps, sparsely()):
         model, data = to_mujoco(mechanism)
         data.qvel[:] = np.where([j.name.startswith("rocker") for j in mechanism.joints], -1.0, 1.0)
         assert sparse_is_right(model, data)
