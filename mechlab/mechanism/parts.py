@@ -45,7 +45,7 @@ def shape(
 ) -> Shape:
     """A Shape from keyword sizes: `shape("cylinder", radius=0.01, length=0.1)`. `mechlab.shapes.shape` also checks the kind.
 
-    Raises MechlabError for a size that is no number, or a color that is not (red, green, blue, alpha).
+    Raises MechlabError for a size that is no number, or a colour that is not (red, green, blue, alpha).
     """
     try:
         sizes = tuple(sorted((k, float(v)) for k, v in size.items()))

@@ -88,7 +88,7 @@ class OnOne:
 def applied_force(
     mechanism: Mechanism, laws: tuple[Law, ...], t: float, plant: Plant
 ) -> tuple[Array, dict[str, float]]:
-    """(nv,) generalised force of all laws, and the force on each joint or shaft by name."""
+    """(nv,) generalized force of all laws, and the force on each joint or shaft by name."""
     total = np.zeros(mechanism.nv)
     by_name: dict[str, float] = {}
     for law in laws:
