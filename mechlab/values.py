@@ -18,6 +18,7 @@ from mechlab.errors import MechlabError, unknown
 from mechlab.units import UNITS, compact, described
 
 _NUMBER = re.compile(r"([+-]?(?:\d+/\d+|(?:\d+\.?\d*|\.\d+)(?:[eE]([+-]?\d+))?))(.*)", re.ASCII | re.DOTALL)
+_FORMULA = re.compile(r"[-+*/^](?:.*[^a-zA-Z])?x(?:[^a-zA-Z].*)?", re.ASCII | re.DOTALL)  # what follows the number in 1/x or 2*sin(x)
 _NOT_FINITE = re.compile(r"[+-]?(?:nan|inf|infinity)", re.IGNORECASE)
 _LARGEST_POWER = 400  # beyond a double; an exact fraction with more digits would only cost memory
 LARGEST_NUMBER = 1e50
@@ -185,6 +186,8 @@ def _scalar(key: str, text: str) -> Scalar:
             raise MechlabError(f"{key}: expected a finite number, got {text!r}.")
         return text
     digits, power, unit = match[1], match[2] or "0", compact(match[3])
+    if unit not in UNITS and _FORMULA.fullmatch(match[3].strip()):
+        return text
     if unit and unit not in UNITS:
         raise unknown(f"{key}: in {text!r}, the unit", unit, UNITS)
     try:

@@ -7,6 +7,9 @@ With the pivots a distance 1 apart, input a at the angle f, output c at the angl
 which is linear in K1, K2, K3. The angles at which the scales of input and output begin are two more unknowns where they are not given: as
 many precision points as unknowns (three to five) are met exactly, more in the least squares of the output angle, and what fewer leave
 open is chosen by the error over the range. A negative a or c is a bar of that length half a turn on.
+
+The equation, its extension to five unknowns and the spacing are Freudenstein's (Approximate Synthesis of Four-Bar Linkages, Trans. ASME
+77, 1955) and of Hartenberg and Denavit (Kinematic Synthesis of Linkages, 1964); solver and choice among what is left open are our own.
 """
 
 from __future__ import annotations
@@ -28,6 +31,8 @@ DENSE = 181
 """Input angles at which the error over the range is taken."""
 REFINED = 12
 """Candidates that are refined."""
+SAME = 1e-12
+"""Largest difference between input and output angle [rad] of a function that is the input itself."""
 EXACT = 1e-9
 """Largest error at the precision points [rad] of an exact solution."""
 
@@ -98,13 +103,14 @@ def function_fourbars(task: FunctionTask) -> tuple[FunctionFourbar, ...]:
     """The four-bars that were found, the best first: those without a defect in the order of their error over the range, or, where the
     function is known at the points alone, exact ones in that of their transmission angle, others in that of their largest error."""
     begun = _begun(task)
+    same = _parallelograms(task)
     if len(task.turned) > task.unknowns:
         rows = [_least_squares(task, x) for x in begun]
     elif len(task.turned) > 3:
         rows = [y for x in begun if (y := _exact(task, x)) is not None]
     else:
         rows = [_chosen(task, x) for x in begun] if any(task.free) else begun
-    return _different([f for x in rows if (f := _fourbar(task, x)) is not None], task)
+    return _different([f for x in [*rows, *same] if (f := _fourbar(task, x)) is not None], task)
 
 
 def bars(task: FunctionTask, first: Array, first_out: Array) -> tuple[Array, Array]:
@@ -144,6 +150,19 @@ def _begun(task: FunctionTask) -> list[Array]:
     # of the scan, the best by the error and the best by the equation: near a root the error may still be large
     order = np.concatenate([np.argsort(worst)[: 2 * REFINED], np.argsort(left)[: 6 * REFINED] if len(task.turned) > 3 else []]).astype(int)
     return [x[k] for k in dict.fromkeys(order.tolist())]
+
+
+def _parallelograms(task: FunctionTask) -> list[Array]:
+    """Where the output is to turn as the input does: parallelograms. With f = g their equation holds for every crank, and Freudenstein's
+    three unknowns are not determined; the crank is half the ground bar, and free beginnings keep the range clear of the flat poses."""
+    wanted = task.range if task.wanted is None else task.wanted(task.range)
+    if np.max(np.abs(np.concatenate([task.output - task.turned, wanted - task.range]))) > SAME:
+        return []
+    given = [x for x in (task.first, task.first_out) if x is not None]
+    if len(given) == 2 and abs(np.sin(0.5 * (given[0] - given[1]))) > SAME:
+        return []
+    first = given[0] if given else 0.5 * (np.pi - task.turn)
+    return [np.array([0.5, 1.0, 0.5, first, first])]
 
 
 def _output(x: Array, input_angle: Array, side: Array) -> Array:

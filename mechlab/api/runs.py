@@ -45,8 +45,8 @@ if TYPE_CHECKING:
 def solve(source: Source, values: Values | None = None, /, **given: Value) -> Answers:
     """Answers of all witnesses; keys are parameters and given quantities, numbers or arrays that broadcast.
 
-    Three sources are no mechanisms: "toolpath" and "bspline" ask about the curve of a file, its length and travel along it, "regions"
-    about points of a region of functions.
+    Four sources are no mechanisms: "toolpath" and "bspline" ask about the curve of a file, its length and travel along it, "regions"
+    about points of a region of functions, "assur" about all assembly modes of a linkage in a file.
     """
     asked = key_values(values, given)
     if isinstance(source, str) and source in DIRECT_QUESTIONS:

@@ -16,6 +16,7 @@ from mechlab.values import Range, Value
 
 if TYPE_CHECKING:
     from mechlab.experiment.recording import Recording
+    from mechlab.lab.design import Design
     from mechlab.lab.results import FilesResult
     from mechlab.viewer.gallery import Exhibit
     from mechlab.viewer.story import Story
@@ -81,13 +82,20 @@ def _refuse_keys(given: Values) -> None:
         raise MechlabError(f"{', '.join(given)}: a run that is recorded keeps its values; give them to a mechanism.")
 
 
+def _sliders(design: Design) -> list[str]:
+    """The parameters that an entry names for its page, without those that are 0, of which a share is nothing; two at most."""
+    from mechlab.viewer.html_page import MOST_KEYS
+
+    return [name for name in design.entry.sliders if getattr(design.parameters, name)][:MOST_KEYS]
+
+
 def explore(
     source: Source, values: Values | None = None, /, *, vary: Mapping[str, Axis] | None = None, **parameters: Value
 ) -> Story:
     """A Story whose drives can be moved by sliders and parts grabbed in the page, which solves the loops: the richest fidelity.
 
     vary: up to two parameters that can be changed in the page too, key -> range or values; by default those that the entry
-    names, by 20 % either way.
+    names (the first two that are not 0), by 20 % either way.
     """
     from mechlab.api.pages import explored_story
     from mechlab.viewer.html_page import variations
@@ -96,7 +104,7 @@ def explore(
     first = explored_story(design)
     if first.named is not None and isinstance(source, str):
         first = replace(first, named=replace(first.named, name=source))
-    asked: Mapping[str, Axis | None] = dict.fromkeys(design.entry.sliders) if vary is None else vary
+    asked: Mapping[str, Axis | None] = dict.fromkeys(_sliders(design)) if vary is None else vary
     return replace(first, variants=variations(design, asked, first, explored_story))
 
 

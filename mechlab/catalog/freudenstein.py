@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
-from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, parameter, planar_entry
+from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, parameter, planar_entry, value_at
 
 
 @dataclass(frozen=True)
@@ -44,14 +42,9 @@ def linkage(p: Parameters) -> Linkage:
     return chain.rrr("B", ("coupler", "output"), ("A", "D"), (b, abs(c)), side)
 
 
-def logarithm(p: Parameters, k: int) -> float:
-    """What the linkage is to give at a precision point."""
-    return math.log10(POINTS[k])
-
-
-def generated(p: Parameters, m: Mapping[str, np.ndarray], k: int) -> float:
-    """What it gives: the output angle on its scale."""
-    return math.log10(2.0) * (float(m["output_angle"][12 * k]) - p.first_out) / p.turn_out
+def precise(k: int) -> Outside:
+    """The output angle at a precision point."""
+    return value_at("output_angle", lambda p: float(angles(p)[1][k]), f"log10 x at precision point {k + 1}", 12 * k, unit="rad")
 
 
 ENTRY = planar_entry(
@@ -60,10 +53,7 @@ ENTRY = planar_entry(
     use="Mechanical computing, instruments, matching of two scales.", origin="Ferdinand Freudenstein, 1955", parameters=Parameters,
     linkage=linkage, path=lambda p: {"input_angle": (float(angles(p)[0][0]), float(angles(p)[0][-1]))}, width=lambda p: 0.08 * p.ground,
     links=("coupler", "output"), points=("B",), sliders=("turn", "turn_out"), plots=(PlotRecipe("output", ("output_angle",)),),
-    outside=tuple(
-        Outside(f"log10 x at precision point {k + 1}", "", partial(logarithm, k=k), partial(generated, k=k), 1e-9,
-                "logarithm") for k in range(3)
-    ),
+    outside=tuple(precise(k) for k in range(3)),
     chain="R + RRR", formulas="Freudenstein's equation at three points.",
     sources=("Freudenstein, Approximate synthesis of four-bar linkages, Trans. ASME 77, 1955",),
 )  # fmt: skip

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 
 from mechlab.kit.compass import at, meet
-from mechlab.kit.short import Bars, Linkage, PlotRecipe, parameter, planar_entry, value_at
+from mechlab.kit.short import Bars, Linkage, PlotRecipe, parameter, planar_entry, point_at
 
 
 @dataclass(frozen=True)
@@ -41,13 +40,12 @@ def linkage(p: Parameters) -> Linkage:
     )  # fmt: skip
 
 
-def by_hand(p: Parameters, place: float, axis: str) -> float:
-    """A coordinate of P by compasses, at a share of the path."""
+def by_hand(p: Parameters, place: float) -> complex:
+    """P by compasses, at a share of the path."""
     t, o = p.first + place * p.turn, complex(p.pivot_x, p.pivot_y)
     a, c = o + at(p.crank, t), o + at(p.ground, p.tilt) + at(p.second, p.phase + (p.gear_ratio or 1) * t)
     b = meet(a, p.coupler, c, p.link, p.mode or 1)
-    found = a + (b - a) / p.coupler * at(p.point, p.point_angle)
-    return found.real if axis == "x" else found.imag
+    return a + (b - a) / p.coupler * at(p.point, p.point_angle)
 
 
 ENTRY = planar_entry(
@@ -56,9 +54,7 @@ ENTRY = planar_entry(
     use="The result of `synthesize path` where a four-bar does not reach.", origin="Freudenstein and Primrose, 1963", parameters=Parameters,
     linkage=linkage, path=lambda p: {"crank_angle": (p.first, p.first + p.turn)}, width=lambda p: 0.12 * p.link,
     links=("coupler", "link"), points=("P",), sliders=("second", "phase"), plots=(PlotRecipe("point P", ("P_x", "P_z")),),
-    outside=tuple(
-        value_at(f"P_{axis}", partial(by_hand, place=k / 24, axis=axis), "ruler and compasses", k) for k in (6, 15) for axis in "xz"
-    ),
-    chain="R, gears, RRR", formulas="Dyad RRR between two geared cranks; a point of its first link.",
-    sources=("Freudenstein and Primrose, Geared five-bar motion, J. Applied Mechanics 30, 1963",),
+    outside=(*point_at("P", lambda p: by_hand(p, 0.25), "ruler and compasses", 6),
+             *point_at("P", lambda p: by_hand(p, 0.625), "ruler and compasses", 15)),
+    chain="R, gears, RRR", formulas="Dyad RRR between geared cranks.", sources=("Freudenstein and Primrose, J. Appl. Mech. 30, 1963",),
 )  # fmt: skip

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 
 from mechlab.kit.compass import at, meet
-from mechlab.kit.short import Bars, Linkage, PlotRecipe, parameter, planar_entry, value_at
+from mechlab.kit.short import Bars, Linkage, PlotRecipe, parameter, planar_entry, point_at
 
 
 @dataclass(frozen=True)
@@ -37,13 +36,12 @@ def linkage(p: Parameters) -> Linkage:
     )  # fmt: skip
 
 
-def by_hand(p: Parameters, place: float, axis: str) -> float:
-    """A coordinate of P by compasses, at a share of the path."""
+def by_hand(p: Parameters, place: float) -> complex:
+    """P by compasses, at a share of the path."""
     o = complex(p.pivot_x, p.pivot_y)
     a = o + at(p.crank, p.first + place * p.turn)
     b = meet(a, p.coupler, o + at(p.ground, p.tilt), p.rocker, p.mode or 1)
-    found = a + (b - a) / p.coupler * at(p.point, p.point_angle)
-    return found.real if axis == "x" else found.imag
+    return a + (b - a) / p.coupler * at(p.point, p.point_angle)
 
 
 ENTRY = planar_entry(
@@ -52,8 +50,7 @@ ENTRY = planar_entry(
     use="The result of `synthesize path`, `function` and `straight_line`.", origin="coupler curves: Watt, 1784; Roberts, 1875",
     parameters=Parameters, linkage=linkage, path=lambda p: {"crank_angle": (p.first, p.first + p.turn)}, width=lambda p: 0.12 * p.rocker,
     links=("coupler", "rocker"), points=("P",), sliders=("coupler", "point"), plots=(PlotRecipe("point P", ("P_x", "P_z")),),
-    outside=tuple(
-        value_at(f"P_{axis}", partial(by_hand, place=k / 24, axis=axis), "ruler and compasses", k) for k in (6, 15) for axis in "xz"
-    ),
+    outside=(*point_at("P", lambda p: by_hand(p, 0.25), "ruler and compasses", 6),
+             *point_at("P", lambda p: by_hand(p, 0.625), "ruler and compasses", 15)),
     chain="R + RRR", formulas="Dyad RRR and a point of its first link.", sources=("Hrones and Nelson, Analysis of the Four-Bar Linkage",),
 )  # fmt: skip

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import cmath
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-
-import numpy as np
 
 from mechlab.kit.compass import meet
 from mechlab.kit.in_world import InWorld
@@ -34,9 +31,8 @@ def lower(p: Parameters, radius: float, height: float) -> complex:
 
 def build(p: Parameters) -> Mechanism:
     """Legs R R, balls on the platform; the platform keeps six joints, three of them are taken away by the legs."""
-    w, up, link = InWorld("rrs3", 0.01, summary="3-RRS platform"), np.array([0, 0, p.height]), lower(p, p.platform, p.height)
-    tops = [q + up for q in circle(p.platform, thirds())]
-    platform(w, "platform", up, tops, 0.8)
+    w, up, link = InWorld("rrs3", 0.01, summary="3-RRS platform"), [0.0, 0.0, p.height], lower(p, p.platform, p.height)
+    platform(w, "platform", up, tops := [q + up for q in circle(p.platform, thirds())], 0.8)
     for k, (out, top) in enumerate(zip(circle(1.0, thirds()), tops, strict=True), 1):
         bend = (p.base + link.real) * out + [0, 0, link.imag]
         crank(w, f"lower_{k}", f"lower_{k}_angle", p.base * out, out, cmath.phase(link), bend)
@@ -47,9 +43,9 @@ def build(p: Parameters) -> Mechanism:
 
 def closed(p: Parameters, given: Mapping[str, float]) -> dict[str, float]:
     """The platform pitched about y: it shifts along x by -platform (1 - cos) / 2 so that the balls 2 and 3 stay in their planes."""
-    c, s = math.cos(given["platform_pitch"]), math.sin(given["platform_pitch"])
-    shift, height = -0.5 * p.platform * (1 - c), p.height + given["platform_z"]
-    return {"platform_x": shift, DRIVES[0]: cmath.phase(lower(p, p.platform * c + shift, height - p.platform * s))}
+    ball, height = cmath.rect(p.platform, given["platform_pitch"]), p.height + given["platform_z"]
+    shift = 0.5 * (ball.real - p.platform)
+    return {"platform_x": shift, DRIVES[0]: cmath.phase(lower(p, ball.real + shift, height - ball.imag))}
 
 
 DRIVES = ("lower_1_angle", "lower_2_angle", "lower_3_angle")
@@ -58,10 +54,7 @@ ENTRY = builder_entry(
     "rrs3", "3-RRS platform", "parallel-robot",
     summary="Three legs with a hinge, a knee and a ball: lift and two tilts, with a small parasitic shift.",
     use="Ball balancing tables, tilting heads.", origin="Kenneth Hunt, 1983", parameters=Parameters, build=build, drives=DRIVES,
-    sliders=("height", "lower"), plots=(PlotRecipe("drives", DRIVES),),
-    path=lambda p: PATH, closed=each(closed),
-    outside=(*ends(closed, PATH, DRIVES[:1], "compasses and the parasitic shift of Carretero et al. 2000"),
-             *ends(closed, PATH, ("platform_x",), "parasitic shift, Carretero et al., J. Mech. Design 122, 2000", "m")),
-    chain="3 R R S", formulas="x = -r (1 - cos tilt) / 2 for a tilt about y.",
-    sources=("Carretero, Podhorodeski, Nahon, Gosselin, Kinematic analysis of a new 3-DOF spatial parallel manipulator, 2000",),
+    sliders=("height", "lower"), plots=(PlotRecipe("drives", DRIVES),), path=lambda p: PATH, closed=each(closed),
+    outside=(*ends(closed, PATH, DRIVES[:1], "compasses, Carretero 2000"), *ends(closed, PATH, ("platform_x",), "Carretero 2000", "m")),
+    chain="3 R R S", formulas="x = -r (1 - cos tilt) / 2.", sources=("Carretero, Podhorodeski, Nahon, Gosselin, J. Mech. Des. 122, 2000",),
 )  # fmt: skip

@@ -218,7 +218,7 @@ TABLE = (
     Row("humpage", "Humpage's bevel gear", "gear-train", *BUILT,
         "Bevel wheels on a moving arm: input and output in line, high reduction.", motion="spherical"),
     Row("lepelletier", "Lepelletier train", "gear-train", *BUILT,
-        "A simple stage and a Ravigneaux set: six forward gears of an automatic gearbox."),
+        "A simple stage and a Ravigneaux set: six gears of an automatic gearbox."),
     Row("oval_gears", "Oval gears", "gear-train", *BUILT,
         "Two equal ellipses roll about their foci: even input, output once fast and once slow a turn."),
     Row("ravigneaux", "Ravigneaux set", "gear-train", *BUILT,

@@ -55,7 +55,7 @@ VERBS: dict[str, Verb] = {
     ),
     "solve": Verb(
         "give some quantities, get the others from each witness",
-        "NAME|toolpath|bspline|regions key=value ...",
+        "NAME|toolpath|bspline|regions|assur key=value ...",
         flags={"only": "--of"},
         switches={
             "--sensitivity": Switch(

@@ -4,7 +4,7 @@ checks."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -34,13 +34,21 @@ DRIVEN = Settings(timeconst=4.0)
 FREE = Settings(timestep=2.5e-4)
 """Settings of free motion: by the estimated step error, this timestep meets the tolerance."""
 
+NORMAL = 0.5
+"""Size of a mechanism [m] up to which the tolerance of a scene is that of its angles."""
+
+
+def scale(mechanism: Mechanism) -> float:
+    """Factor of the tolerance of a scene: errors of lengths grow with the mechanism."""
+    return max(1.0, mechanism.size / NORMAL)
+
 
 @dataclass(frozen=True)
 class Planar:
     """A planar linkage as an entry. linkage(p): the chain in the assembly modes of the parameters; start(p): crank ->
     angle of the reference pose [rad]; style(p): masses and dimensions; speeds(p): crank -> rate of the driven scene
     [rad/s]. points, links, slides: those that the question answers. finish(p, builder): adds springs and the like before the
-    reference pose is closed. motions(p): crank -> its motion in the driven scene, instead of an even turn."""
+    reference pose is closed. motions(p): crank -> its motion in the driven scene, instead of an even turn. timestep: of that scene [s]."""
 
     name: str
     summary: str
@@ -54,6 +62,7 @@ class Planar:
     slides: tuple[str, ...] = ()
     finish: Callable[[Any, Builder], object] | None = None
     motions: Callable[[Any], dict[str, PrescribedMotion]] | None = None
+    timestep: float = DRIVEN.timestep
 
     # -- the mechanism -------------------------------------------------------------------------------------------------
 
@@ -151,9 +160,11 @@ class Planar:
                 law = ComputedTorque(tuple(start), tuple(moves.items()), ((1e4, 200.0),) * len(start))
                 laws = (law,) if name == "driven-crank" else ()
                 turn = max((_period(m) for m in moves.values()), default=1.0)
+                grown = scale(self.build(p, fidelity))
                 if laws:
-                    return Scene(name, fidelity, turn, laws, start, speed, tolerance=1e-5, settings=DRIVEN)
-                return Scene(name, fidelity, 2.0, (), start, speed, tolerance=1e-4, settings=FREE, drives="free")
+                    settings = replace(DRIVEN, timestep=self.timestep)
+                    return Scene(name, fidelity, turn, laws, start, speed, tolerance=1e-5 * grown, settings=settings)
+                return Scene(name, fidelity, 2.0, (), start, speed, tolerance=1e-4 * grown, settings=FREE, drives="free")
 
             return scene
 

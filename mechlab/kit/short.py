@@ -26,7 +26,7 @@ from mechlab.experiment.parameters import parameter
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.kit.path_motion import ClosedMotion, EngineMotion, NotInClosedForm, Path
 from mechlab.kit.planar_build import Style, angle_name
-from mechlab.kit.planar_entry import DRIVEN, FREE, Planar
+from mechlab.kit.planar_entry import DRIVEN, FREE, Planar, scale
 from mechlab.mechanism import Builder, Mechanism
 from mechlab.mechanism.geometry import Array
 
@@ -141,6 +141,7 @@ def planar_entry(
     sliders: tuple[str, ...] = (),
     finish: Callable[[Any, Builder], object] | None = None,
     servo: tuple[float, float] = (200.0, 2.0),
+    timestep: float = DRIVEN.timestep,
     chain: str = "",
     formulas: str = "",
     sources: tuple[str, ...] = (),
@@ -149,7 +150,7 @@ def planar_entry(
 
     path(p): crank angle -> first and last value [rad]; the reference pose is its beginning. width(p) [m] of the bars. links, points,
     slides: those that the question answers. finish(p, builder) adds springs and the like. servo: stiffness [N m/rad] and damping
-    [N m s/rad] of the drives. outside: see `Outside`; the motion of each
+    [N m s/rad] of the drives. timestep: of the driven scene [s]. outside: see `Outside`; the motion of each
     witness has the names of the engines (points POINT_x, POINT_z).
     """
 
@@ -166,7 +167,7 @@ def planar_entry(
         return {n.removesuffix("_angle"): _at_speed(a, b, p.speed) for n, (a, b) in path(p).items()}
 
     cranks = tuple(linkage(parameters()).inputs)
-    kit = Planar(name, summary, linkage, start, style, speeds, points, cranks, links, slides, finish, motions)
+    kit = Planar(name, summary, linkage, start, style, speeds, points, cranks, links, slides, finish, motions, timestep)
 
     def closed(p: Any) -> ClosedMotion:
         return _closed_motion(kit, p, path(p))
@@ -292,9 +293,9 @@ class _Short:
                 t, moves = self.duration, {n: _in_time(a, b, self.duration) for n, (a, b) in self.path(p).items()}
                 start, speed = ({n: float(m.at(0.0)[k]) for n, m in moves.items()} for k in (0, 1))
                 law = ComputedTorque(self.drives or tuple(moves), tuple(moves.items()), (GAINS,) * len(moves))
-                if name == "driven":
-                    return Scene(name, fidelity, t, (law,), start, speed, tolerance=1e-5, settings=DRIVEN)
-                return Scene(name, fidelity, t, (), start, speed, tolerance=1e-4, settings=FREE, drives="free")
+                laws, least, how, drives = ((law,), 1e-5, DRIVEN, "hold") if name == "driven" else ((), 1e-4, FREE, "free")
+                tolerance = least * scale(self.build(p, fidelity))
+                return Scene(name, fidelity, t, laws, start, speed, tolerance=tolerance, settings=how, drives=drives)
 
             return scene
 

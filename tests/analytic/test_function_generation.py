@@ -97,3 +97,34 @@ def test_a_jump_of_the_branch_is_found() -> None:
     angle = np.array([by_compass(one, turned[0]), by_compass(other, turned[1]), by_compass(one, turned[2])])
     (found,) = function_fourbars(FunctionTask(turned, angle - angle[0], float(turned[-1]), first=1.2, first_out=float(angle[0])))
     assert found.crank == pytest.approx(0.45, abs=1e-9) and found.defect == "branch"
+
+
+def test_the_reciprocal_of_the_textbook_is_met_and_bettered() -> None:
+    """y = 1/x for 1 <= x <= 2, input from 30 to 120 deg, output from 240 to 330 deg: the example of Shigley and Uicker's Theory of Machines
+    and Mechanisms, whose rounded angles 36.03, 75, 113.97 and 251.34, 300, 326.96 deg give 1/K = 2.480, 2.480 (|K| = .4032, .4032, 1.0130;
+    book not at hand, so the digits are checked by their own arithmetic here). Errors of both linkages are ours, by compasses."""
+    f, g = np.radians([36.03, 75.0, 113.97]), np.radians([251.34, 300.0, 326.96])
+    k = np.linalg.solve(np.column_stack([np.cos(g), -np.cos(f), np.ones(3)]), np.cos(f - g))
+    np.testing.assert_allclose(np.abs(k), [0.4032, 0.4032, 1.0130], atol=2e-4)
+    scales = {"first": math.radians(30.0), "first_out": math.radians(240.0)}
+    task = task_of(lambda x: 1.0 / x, 1.0, 2.0, 3, 0.5 * math.pi, 0.5 * math.pi, **scales)
+    (exact,) = function_fourbars(task)
+    # the book rounds its angles to .01 deg and y to .001, .18 deg of output
+    assert (exact.crank, exact.coupler, exact.rocker) == pytest.approx((2.480, 0.917, 2.480), abs=6e-3)
+    printed = FunctionFourbar(2.480, 0.917, 2.480, exact.mode, exact.first, exact.first_out, np.zeros(3), 0.0, 0.0, True, "")
+    fitted = function_fourbars(task_of(lambda x: 1.0 / x, 1.0, 2.0, 9, 0.5 * math.pi, 0.5 * math.pi, **scales))[0]
+    freed = task_of(lambda x: 1.0 / x, 1.0, 2.0, 9, 0.5 * math.pi, 0.5 * math.pi, least=math.radians(20.0))
+    errors = np.degrees([largest(printed, task), largest(exact, task), largest(fitted, task), largest(function_fourbars(freed)[0], freed)])
+    np.testing.assert_allclose(errors, [0.2563, 0.1061, 0.0426, 0.0155], rtol=0.02)
+
+
+def test_an_output_that_turns_as_the_input_is_a_parallelogram() -> None:
+    """Freudenstein's unknowns are not determined then: with f = g his equation holds for K1 = K2 and K3 = 1."""
+    turned = np.radians([0.0, 20.0, 50.0])
+    best = function_fourbars(FunctionTask(turned, turned, float(turned[-1])))[0]
+    assert best.crank == best.rocker and best.coupler == 1.0 and not best.defect
+    assert max(abs(by_compass(best, float(s)) - s) for s in turned) < 1e-12
+    given = FunctionTask(turned, turned, float(turned[-1]), first=0.3, first_out=0.3)
+    assert function_fourbars(given)[0].first == pytest.approx(0.3)
+    apart = FunctionTask(turned, turned, float(turned[-1]), first=0.3, first_out=1.3)
+    assert all(f.coupler != 1.0 or f.crank != f.rocker for f in function_fourbars(apart))

@@ -190,3 +190,15 @@ def test_tokens() -> None:
 def test_bad_tokens(tokens: list[str]) -> None:
     with pytest.raises(MechlabError):
         split_tokens(tokens)
+
+
+@pytest.mark.parametrize("text", ["1/x", "2*x", "1/(1+x)", "2*sin(pi*x)", "3-x^2", "1e-3*x"])
+def test_a_formula_in_x_that_begins_with_a_number_stays_a_text(text: str) -> None:
+    assert parse_value("y", text) == text
+
+
+def test_a_ratio_of_numbers_stays_a_number_and_a_wrong_unit_is_named() -> None:
+    assert parse_value("y", "17/22") == Fraction(17, 22)
+    for text in ("1/xy", "3*max", "2 x"):
+        with pytest.raises(MechlabError, match="unit"):
+            parse_value("y", text)

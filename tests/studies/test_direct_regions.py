@@ -72,9 +72,9 @@ def test_what_is_no_region(keys: list[str], said: str, capsys: pytest.CaptureFix
 
 
 def test_the_direct_questions_are_listed_and_shown(capsys: pytest.CaptureFixture[str]) -> None:
-    assert tuple(DIRECT) == NAMES == ("toolpath", "bspline", "regions")
-    for name, words in (("bspline", "arrives exactly at its end"), ("regions", "border included")):
+    assert tuple(DIRECT) == NAMES == ("toolpath", "bspline", "regions", "assur")
+    for name, words in (("bspline", "arrives exactly at its end"), ("regions", "border included"), ("assur", "all assembly modes")):
         assert main(["show", name]) == 0
         assert words in capsys.readouterr().out
     assert main(["solve", "--help"]) == 0
-    assert "NAME|toolpath|bspline|regions" in capsys.readouterr().out
+    assert "NAME|toolpath|bspline|regions|assur" in capsys.readouterr().out

@@ -312,3 +312,23 @@ def test_a_base_on_a_spring_does_not_fall() -> None:
     b.body("pan", prismatic("z", "z", stiffness=200.0), inertia=Inertia.axial(2.0, 0.1, 0.1))
     found = ml.modes(b.build())
     assert found.equilibrium["z"] == pytest.approx(-0.1) and found.modes[0].omega == pytest.approx(10.0)
+
+
+def test_a_cam_at_the_beginning_of_its_rise_has_the_frequency_of_its_drive() -> None:
+    """There f' = f'' = 0 and f''' jumps: omega^2 = c / J with the drive's 50 N m/rad and J = m r^2 / 2 of the cam (2 kg, 40 mm). The
+    difference quotients are of first order across the kink, and each witness states it."""
+    found = ml.modes("cam_follower")
+    exact = math.sqrt(50.0 / (0.5 * 2.0 * 0.04**2))
+    for witness in found.witnesses.values():
+        (mode,) = witness.modes
+        # error: of the eigenvalues; of a mode with .88 of critical damping omega moves less than they do
+        assert abs(mode.omega - exact) < max(1e-9 * exact, mode.error) < 1e-4 * exact
+    assert found.exit_code == 0 and not any("jumps" in n for n in found.notes)
+
+
+def test_a_jump_of_the_second_derivative_at_the_rest_is_noted() -> None:
+    """Simple harmonic rise: f'' = h pi^2 / (2 beta^2) begins at once. The spring's V = k (f + h)^2 / 2 adds k h f'' on one side."""
+    found = ml.modes("cam_follower", law="harmonic")
+    c = 50.0 + 0.5 * 2000.0 * 0.02 * 0.02 * math.pi**2 / (2.0 * 2.0**2)
+    assert found.modes[0].omega == pytest.approx(math.sqrt(c / (0.5 * 2.0 * 0.04**2)), rel=1e-6)
+    assert any("jumps at cam = 0" in n for n in found.notes)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from mechlab.experiment.question import Answers, Question
-from mechlab.studies.direct import bspline, regions, toolpath
+from mechlab.studies.direct import assur, bspline, regions, toolpath
 
 
 @dataclass(frozen=True)
@@ -24,5 +24,6 @@ DIRECT: Mapping[str, DirectQuestion] = {
         DirectQuestion(toolpath.QUESTION, toolpath.solve_toolpath),
         DirectQuestion(bspline.QUESTION, bspline.solve_bspline),
         DirectQuestion(regions.QUESTION, regions.solve_regions),
+        DirectQuestion(assur.QUESTION, assur.solve_assur),
     )
 }

@@ -25,6 +25,9 @@ WEIGHT = 1e-3
 STEP = 1e-3
 """Smallest step of the difference quotients [rad], or relative to the size of the mechanism."""
 
+KINKED = 1e-8
+"""Share of a stiffness by which quotients of step and double step differ where a derivative jumps between their poses."""
+
 
 class Dynamics(Protocol):
     """Equations M a + g(x, v) = J^T reactions of a mechanism under constant laws, in the coordinates x of one engine.
@@ -93,7 +96,8 @@ def linear(dynamics: Dynamics, x: Array, with_damping: bool = True) -> LinearMot
     With N a basis of the null space of J and reactions r from J^T r = g: K = N^T d/dx (g - J(x)^T r) N, whose second
     term is the geometric stiffness of the reactions, and C = N^T dg/dv N. The derivative is the difference quotient D of fourth
     order; with damping (the equations that are asked for, not a step on the way to a rest) it is D(h) + (D(h) - D(2h)) / 15, of
-    sixth order, and the added term is its `doubt`. Raises Untrustworthy when a motion that the constraints allow has no inertia.
+    sixth order, and the added term is its `doubt`; where a derivative jumps within the steps, the whole difference is. Raises
+    Untrustworthy when a motion that the constraints allow has no inertia.
     """
     rows = dynamics.rows(x)
     free = null_space(rows) if len(rows) else np.eye(dynamics.nv)
@@ -122,7 +126,8 @@ def linear(dynamics: Dynamics, x: Array, with_damping: bool = True) -> LinearMot
             correction = (slope - (8 * middle - central(unit, 4 * h)) / (24 * h)) / 15
             damped.append(size * (dynamics.force(x, h * unit) - dynamics.force(x, -h * unit)) / (2 * h))
         columns.append(size * (slope + correction))
-        corrections.append(size * correction)
+        whole = 15.0 * np.abs(correction).max() > KINKED * np.abs(slope).max()  # across a kink the quotient is of first order
+        corrections.append(size * correction * (15.0 if whole else 1.0))
     f = basis.shape[1]
     stiffness, doubt = (basis.T @ np.array(x).reshape(f, dynamics.nv).T for x in (columns, corrections))
     damping = basis.T @ np.array(damped).T if damped else np.zeros((f, f))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,8 +19,8 @@ from mechlab.lab.fidelity.choose import chosen_scene
 from mechlab.lab.single_run import versions
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.structure import structure
-from mechlab.studies.modes.eigen import Dynamics, LinearMotion, VibrationMode, linear, modes
+from mechlab.mechanism.structure import step_size, structure
+from mechlab.studies.modes.eigen import KINKED, Dynamics, LinearMotion, VibrationMode, linear, modes
 from mechlab.studies.modes.equilibrium import laws_at_rest, settle
 from mechlab.studies.modes.falling import refuse_falling
 from mechlab.studies.modes.result import ModesResult, ModesWitness
@@ -36,6 +37,7 @@ class _Balance:
     inertia: float
     push: float
     stiffness: float
+    doubt: float
     damping: float
     u: Array
     q: Array
@@ -55,7 +57,7 @@ def one_freedom_modes(mechanism: Mechanism, laws: tuple[Law, ...], q: Array) -> 
         if abs(now.push) <= 1e-15 * load or (abs(now.push) < 1e-9 * load and abs(now.push) >= 0.5 * last):
             linear = LinearMotion(
                 now.u[:, None] / np.sqrt(now.inertia), np.array([[now.damping / now.inertia]]),
-                np.array([[now.stiffness / now.inertia]]), np.zeros(1), load, load, np.zeros((1, 1)),
+                np.array([[now.stiffness / now.inertia]]), np.zeros(1), load, load, np.array([[now.doubt / now.inertia]]),
             )  # fmt: skip
             return now.q, modes(linear, lambda x: x)
         last = abs(now.push)
@@ -72,10 +74,18 @@ def _balance(path: OneFreedom, phi: float) -> _Balance:
         return float(force @ u) + float(weight) + float(damping) * rate, float(inertia), u, q
 
     h = STEP
-    (q1, *_), (q2, *_), (q3, *_), (q4, *_) = (push(phi + k * h, 0.0) for k in (1, -1, 2, -2))
+    near, middle, far = (push(phi + k * h, 0.0)[0] - push(phi - k * h, 0.0)[0] for k in (1, 2, 4))
     now, inertia, u, q = push(phi, 0.0)
     damping = (push(phi, -h)[0] - push(phi, h)[0]) / (2 * h)
-    return _Balance(inertia, now, -(8 * (q1 - q2) - q3 + q4) / (12 * h), damping, u, q)
+    slope, wide = (8 * near - middle) / (12 * h), (8 * middle - far) / (24 * h)
+    return _Balance(inertia, now, -slope, _doubt(slope, wide), damping, u, q)
+
+
+def _doubt(slope: float, wide: float) -> float:
+    """Error of the difference quotient D(h) of fourth order, given D(2h): (D(h) - D(2h)) / 15 of a smooth force, but the whole of the
+    difference where that is no longer small, as across a kink of a curve, where the quotient is of first order."""
+    gap = abs(slope - wide)
+    return gap if gap > KINKED * abs(slope) else gap / 15
 
 
 REFERENCE = "the reference pose"
@@ -109,9 +119,25 @@ def find_modes(
         witnesses[witness], start = found, start if found.cannot else found.q
     if structure(m).freedoms == 1:
         witnesses["one_freedom"] = _one_freedom(m, laws, start)
+    notes = (*notes, *_kinks(m, start))
     parameters = parameter_values(chosen)
     acts = what_acts(m, replace(made, laws=laws))
     return ModesResult(chosen.name, m, made.name, made.fidelity, witnesses, notes, parameters, versions(), acts)
+
+
+def _kinks(m: Mechanism, q: Array) -> Iterator[str]:
+    """A note for each curve whose second derivative jumps at the rest q (nq,), to the reach of the difference quotients."""
+    for relation in m.curves:
+        curve, x = relation.curve, float(m.value(relation.input, q))
+        period = curve.period if curve.rise is not None else math.inf
+        for knot in curve.jumps:
+            way = abs(curve.folded(x) - knot)
+            if min(way, period - way) < 4 * STEP * step_size(m):
+                yield (
+                    f"the second derivative of {relation.name} jumps at {relation.input} = {x + 0.0:.4g}: each side has a stiffness of its "
+                    "own, and small motions across are not linear; these modes are those of the mean of both"
+                )
+                break
 
 
 def _situation(

@@ -78,6 +78,8 @@ def function(given: Given) -> SynthesisResult:
     if known:
         share = 100.0 * best["range_error"] / abs(turn_out)
         text += f"; over the whole range it errs by at most {np.degrees(best['range_error']):.4g} deg, {share:.3g} % of the output range"
+    if best["parameters"]["coupler"] == ground and best["parameters"]["crank"] == best["parameters"]["rocker"]:
+        text += "; it is a parallelogram, which any crank makes, and which could fold where it lies flat"
     names = ("range_error", "point_error", "least_transmission_angle", "crank_turns", "first", "first_out")
     bars = ("crank", "coupler", "rocker", "ground")
     rows = tuple((*(s["parameters"][k] for k in bars), *(s[n] for n in names)) for s in solutions)
