@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import inspect
 import traceback
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
-from typing import Any
+from functools import wraps
+from typing import Any, TypeVar
+
+T = TypeVar("T", bound=Callable[..., Any])
 
 DISTRIBUTION = "mechanism-lab"
 """The name of mechlab on the package index, where `mechlab` is another library; import and command are `mechlab`."""
@@ -19,6 +23,11 @@ class MechlabError(Exception):
     exit_code = 1
     unknown = ""
     """The name that does not exist, of an error made by `unknown`."""
+
+
+class ArgumentError(MechlabError, TypeError):
+    """A class or function was called with arguments that it does not have, or without some that it needs. Python's own error for
+    this is a TypeError, so it is one too."""
 
 
 class UsageError(MechlabError):
@@ -65,6 +74,53 @@ def unknown(what: str, name: object, existing: Iterable[str], error: type[Mechla
     made = error(f"{what} {name!r} does not exist.{guess} Existing: {listing}.")
     made.unknown = str(name)
     return made
+
+
+def explained(made: T) -> T:
+    """The class or function; called with arguments that do not fit it raises ArgumentError, which names them and what exists.
+
+    For what users write by hand: laws, motions, parts. A TypeError from inside the call passes unchanged.
+    """
+    call = made.__init__ if isinstance(made, type) else made  # type: ignore[misc]
+    signature = inspect.signature(call)
+    name = made.__qualname__
+
+    @wraps(call)
+    def checked(*args: Any, **keywords: Any) -> Any:
+        try:
+            return call(*args, **keywords)
+        except ArgumentError:
+            raise
+        except TypeError as error:
+            if (wrong := _misfit(name, signature, args, keywords)) is None:
+                raise
+            raise wrong from error
+
+    if not isinstance(made, type):
+        return checked  # type: ignore[return-value]
+    made.__init__ = checked  # type: ignore[misc]
+    return made
+
+
+def _misfit(name: str, signature: inspect.Signature, args: Sequence[object], keywords: Mapping[str, object]) -> ArgumentError | None:
+    """What does not fit a signature: an unknown keyword, too many values, missing ones; None where all fits."""
+    try:
+        signature.bind(*args, **keywords)
+    except TypeError as error:
+        own = [n for n in signature.parameters if n != "self"]
+        given = args[len(signature.parameters) - len(own) :]
+        strange = [k for k in keywords if k not in own]
+        if strange:
+            made = unknown(f"{name}: argument", strange[0], own, ArgumentError)
+            assert isinstance(made, ArgumentError)
+            return made
+        needed = [n for n in own if signature.parameters[n].default is inspect.Parameter.empty]
+        missing = [n for n in needed if n not in keywords and n not in own[: len(given)]]
+        optional = [n for n in own if n not in needed]
+        what = f"missing: {', '.join(missing)}" if missing else str(error)
+        also = f"; optional: {', '.join(optional)}" if optional else ""
+        return ArgumentError(f"{name}: {what}. Needed: {', '.join(needed) or 'nothing'}{also}.")
+    return None
 
 
 def user_fault(error: BaseException) -> str | None:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from mechlab.errors import MechlabError
+from mechlab.progress import silent as silent
 from mechlab.values import Range, Value, parse_value
 
 Seconds = Annotated[float, "s"]
@@ -37,10 +38,6 @@ Progress = Callable[[int, int], None]
 Stages = Callable[[str], None]
 """Called with a line before each stage of the work."""
 Values = Mapping[str, Value]
-
-
-def silent(*_: object) -> None:
-    """The progress that nobody looks at."""
 
 
 def key_values(values: Values | None, keywords: Values) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mechlab.api.arguments import File, Stages, Values, key_values, silent
+from mechlab.api.arguments import File, Progress, Stages, Values, key_values, silent
 from mechlab.api.finding import Source, find_all, load_design
 from mechlab.api.runs import simulate
 from mechlab.api.viewing import story, view
@@ -193,16 +193,18 @@ def _gallery_picture(folder: Path) -> Path:
     return write(folder / "gallery.png", made)
 
 
-def check(sources: Source | Sequence[Source] = (), values: Values | None = None, /, **parameters: Value) -> CheckReport:
+def check(
+    sources: Source | Sequence[Source] = (), values: Values | None = None, /, *, progress: Progress = silent, **parameters: Value
+) -> CheckReport:
     """Every check of the mechanisms (default: the whole catalog)."""
     from mechlab.studies.check.check import run_checks
 
     given = key_values(values, parameters)
-    return run_checks([load_design(entry, given) for entry in find_all(sources)])
+    return run_checks([load_design(entry, given) for entry in find_all(sources)], progress)
 
 
 def claims(
-    sources: Source | Sequence[Source] = (), /, *, figure: File | None = None, out: File | None = None
+    sources: Source | Sequence[Source] = (), /, *, figure: File | None = None, out: File | None = None, progress: Progress = silent
 ) -> ClaimReport:
     """The ledger of printed claims (default: the whole catalog), and the figures of the sources, ours against what is printed.
 
@@ -223,7 +225,7 @@ def claims(
     if figure is None and out is not None:
         figure = ALL
     drawn = () if figure is None else tuple(make_figures(entries, str(figure), out))
-    return replace(run_claims(entries), figures=drawn, warnings=warnings)
+    return replace(run_claims(entries, progress), figures=drawn, warnings=warnings)
 
 
 def run(

@@ -266,6 +266,7 @@ def chart(
     fidelity: str | None = None,
     peers: bool = False,
     out: File | None = None,
+    progress: Progress = silent,
     **parameters: Value,
 ) -> Chart:
     """Speed against accuracy of every method on a scene: points, Pareto front, recommended setting.
@@ -296,7 +297,7 @@ def chart(
         from mechlab.studies.chart.run import chart as study
 
         design = load_design(source, given)
-        result = study(design, scene, fidelity=fidelity, duration=duration, target=target, peers=peers)
+        result = study(design, scene, fidelity=fidelity, duration=duration, target=target, peers=peers, progress=progress)
     if out is not None:
         result.save(Path(out))
     return result

@@ -376,7 +376,7 @@ def synthesize(task: Task, values: Values | None = None, /, **given: Value) -> S
     return study(task, key_values(values, given), find)
 
 
-def compare(task: Compared, /, *, out: File | None = None) -> Comparison:
+def compare(task: Compared, /, *, out: File | None = None, progress: Progress = silent) -> Comparison:
     """Mechanisms of one purpose beside each other: which straight line is straightest, which quick return cuts most evenly, which leg
     walks most evenly.
 
@@ -389,7 +389,7 @@ def compare(task: Compared, /, *, out: File | None = None) -> Comparison:
     from mechlab.studies.compare import family_of
 
     family = family_of(task)
-    found = study(task, [catalog.entry(row.name) for row in TABLE if row.family == family])
+    found = study(task, [catalog.entry(row.name) for row in TABLE if row.family == family], progress)
     if out is not None:
         found.save(out)
     return found

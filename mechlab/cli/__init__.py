@@ -43,6 +43,14 @@ exit: 0 answered and trustworthy, 1 bad input, 2 usage, 3 finished but do not tr
 
 start with: mechlab run delta6 -o out          more on a verb: mechlab VERB --help
 words for the TAB key: source <(mechlab --completion)"""
+GREETING = """mechlab is a mechanism lab: linkages, gear trains, parallel robots, and a witness for every number.
+
+Three commands to try:
+  mechlab solve fourbar crank_angle=60deg    its other angles: closed form, Pinocchio, MuJoCo
+  mechlab run fourbar -o out                 model files, checks, a run; open out/fourbar.html
+  mechlab list --family coupling             what the catalog has
+
+All verbs: mechlab --help. One verb: mechlab VERB --help."""
 PRINTS_STAGES = ("run", "gallery")
 """Functions whose stages are printed; those of others are for Python alone."""
 ALGEBRA_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
@@ -138,7 +146,8 @@ class _Call:
 
     def perform(self, arguments: list[str]) -> int:
         if not arguments:
-            raise UsageError("a VERB is missing. `mechlab --help` lists them; start with `mechlab run delta6 -o out`.")
+            output.write(GREETING)
+            return 0
         if self.verb in ("-h", "--help", "help"):
             output.write(HELP.format(verbs="\n".join(f"  {name:11}{verb.text}" for name, verb in VERBS.items())))
             return 0
@@ -160,7 +169,9 @@ class _Call:
         routes = routes_of(self.verb, verb, api)
         self.flags = flags_of(routes)
         try:
-            given = vars(parser_of(self.verb, verb, routes).parse_intermixed_args(arguments[1:]))
+            parser = parser_of(self.verb, verb, routes)
+            parser.refuse_unknown(arguments[1:])
+            given = vars(parser.parse_intermixed_args(arguments[1:]))
         except SystemExit:  # --help has printed
             return 0
         self.names, self.values = split_tokens(given.pop("tokens"))

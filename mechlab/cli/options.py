@@ -17,9 +17,10 @@ from types import UnionType
 from typing import Annotated, Any, Literal, NoReturn, Union, get_args, get_origin
 
 from mechlab.cli.arguments import split_tokens, with_flags
+from mechlab.cli.examples import EXAMPLES
 from mechlab.cli.output import write
 from mechlab.cli.verbs import NOT_OPTIONS, Verb
-from mechlab.errors import UsageError
+from mechlab.errors import UsageError, unknown
 from mechlab.values import Range, Written, parse_number
 
 SUBJECTS = ("source", "sources", "task", "kind", "data", "values")
@@ -154,12 +155,27 @@ def routes_of(name: str, verb: Verb, api: object) -> list[Route]:
 
 
 class Parser(argparse.ArgumentParser):
-    """An ArgumentParser that raises UsageError instead of ending the process, so that --json can answer."""
+    """An ArgumentParser that raises UsageError instead of ending the process, so that --json can answer. examples: commands that
+    its help ends with."""
+
+    examples: tuple[str, ...] = ()
 
     def error(self, message: str) -> NoReturn:
         """Raise UsageError with the usage line and where to read more."""
         usage = " ".join(self.format_usage().split())
         raise UsageError(f"{message}. {usage[0].upper()}{usage[1:]}. More: {self.prog} --help.")
+
+    def refuse_unknown(self, arguments: Sequence[str]) -> None:
+        """Raise UsageError that suggests the nearest name for a word --LIKE-THIS that is no option; argparse only lists such words."""
+        known = {name for action in self._actions for name in action.option_strings}
+        for word in arguments:
+            name = word.partition("=")[0]
+            if name.startswith("--") and name != "--" and name not in known:
+                raise UsageError(f"{unknown('the option', name, known)} More: {self.prog} --help.")
+
+    def format_help(self) -> str:
+        """The help, and below it the examples, a line each."""
+        return super().format_help() + "\nexamples:\n" + "".join(f"  {line}\n" for line in self.examples)
 
     def print_help(self, file: object = None) -> None:
         """Print the help as every other answer."""
@@ -177,6 +193,7 @@ def parser_of(name: str, verb: Verb, routes: Sequence[Route]) -> Parser:
         allow_abbrev=False,
         argument_default=argparse.SUPPRESS,
     )
+    parser.examples = EXAMPLES[name]
     parser.add_argument("tokens", nargs="*", default=[], metavar="NAME key=value", help=argparse.SUPPRESS)
     parser.add_argument("--json", action="store_true", help="print exactly one JSON document, also on failure")
     one_of = parser.add_mutually_exclusive_group()

@@ -47,7 +47,7 @@ def encode(document: Mapping[str, Any]) -> str:
 
 
 def _plain(item: Any) -> Any:
-    """`item` as JSON knows it. Arrays and numpy scalars are recognised by their methods, so numpy is not imported."""
+    """`item` as JSON knows it. Arrays and numpy scalars are recognized by their methods, so numpy is not imported."""
     if item is None or isinstance(item, bool | int):
         return item if not isinstance(item, Enum) else _plain(item.value)
     if isinstance(item, float):

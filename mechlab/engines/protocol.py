@@ -170,7 +170,7 @@ class Engine:
         raise self._refusal("reads no model files")
 
     def accelerations(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, force: ArrayLike | None = None) -> Array:
-        """(nv,) accelerations under the generalised force (nv,) by the engine's own forward dynamics."""
+        """(nv,) accelerations under the generalized force (nv,) by the engine's own forward dynamics."""
         raise self._refusal("answers for no single state")
 
     def motion_forces(
@@ -181,7 +181,7 @@ class Engine:
         raise self._refusal("answers for no reactions")
 
     def loop_loads(self, mechanism: Mechanism, q: Array, v: Array, force: Array) -> LoopLoads:
-        """What the loops carry where they alone balance the generalised forces (n, nv), at states q (n, nq), v (n, nv)."""
+        """What the loops carry where they alone balance the generalized forces (n, nv), at states q (n, nq), v (n, nv)."""
         raise self._refusal("answers for no reactions")
 
     def assemble(

@@ -27,14 +27,14 @@ from mechlab.mechanism.geometry import Array
 STYLES = ("solid", "thick", "thin", "dashed", "dotted", "dots", "crosses")
 """How a curve looks: lines; `dots` and `crosses` are points without a line."""
 COLORS = 6
-"""Number of colors that a curve can ask for by its index."""
+"""Number of colours that a curve can ask for by its index."""
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
     """Points x, y (n,) of a line, or several lines x, y (lines, n) under one label; NaN interrupts a line.
 
-    color: index below COLORS; None: the next color of the panel. Raises MechlabError for an unknown style, for shapes that do not fit
+    color: index below COLORS; None: the next colour of the panel. Raises MechlabError for an unknown style, for shapes that do not fit
     and for a curve without a finite point.
     """
 

@@ -72,7 +72,7 @@ def predicted_lags(mechanism: Mechanism, scene: Scene, settings: Settings) -> tu
                 force = force + x * mechanism.row(name)
         forces.append(force)
     needed = -(jacobian @ np.linalg.solve(mass, np.array(forces).T) + free[:, None])
-    # Minimum-norm reactions of redundant rows, as the engine's regularisation gives.
+    # Minimum-norm reactions of redundant rows, as the engine's regularization gives.
     largest = np.abs(np.linalg.lstsq(compliance, needed, rcond=1e-11)[0]).max(axis=1)
     soft, names = softness(settings), ConstraintSet(mechanism).rows
     at = {name: k for k, name in enumerate(names)}

@@ -11,7 +11,7 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from mechlab.errors import MechlabError
+from mechlab.errors import MechlabError, explained
 from mechlab.values import one_number
 
 STEP = 1e-3
@@ -27,6 +27,7 @@ class PrescribedMotion(Protocol):
         ...
 
 
+@explained
 @dataclass(frozen=True)
 class Hold:
     """Stands still at `value`."""
@@ -38,6 +39,7 @@ class Hold:
         return self.value, 0.0, 0.0
 
 
+@explained
 @dataclass(frozen=True)
 class Ramp:
     """Moves from `value` at constant `rate`."""
@@ -50,6 +52,7 @@ class Ramp:
         return self.value + self.rate * t, self.rate, 0.0
 
 
+@explained
 @dataclass(frozen=True)
 class Sine:
     """offset + amplitude sin(frequency t + phase); `frequency` in rad/s."""
@@ -114,6 +117,7 @@ class AtRate:
         return (0.0, *self.rates.at(t)[:2])
 
 
+@explained
 @dataclass(frozen=True)
 class Spline:
     """A twice differentiable spline through `values` at `times` [s]: quintic from six points on, else cubic;
@@ -148,6 +152,7 @@ class Spline:
         return (a, b, c) if inside == t else (a, 0.0, 0.0)
 
 
+@explained
 @dataclass(frozen=True)
 class Polyline:
     """Straight lines between `values` at `times` [s], constant beyond the ends; for forces, as its rate jumps."""

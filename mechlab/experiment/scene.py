@@ -15,7 +15,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechlab.errors import MechlabError, NoSolution, unknown
+from mechlab.errors import MechlabError, NoSolution, explained, unknown
 from mechlab.experiment.laws import Law, laws_of
 from mechlab.experiment.model_file import ModelFile
 from mechlab.experiment.motion import PrescribedMotion
@@ -36,6 +36,7 @@ TRACE_INTEGRATORS = ("LSODA",)
 them."""
 
 
+@explained
 @dataclass(frozen=True)
 class Settings:
     """Settings of a run. `timestep` [s]; `timeconst` is the constraint time constant in timesteps (solref = timeconst * h, 1);
@@ -100,6 +101,7 @@ DRIVES = ("hold", "free")
 """Behaviour of declared drives without a law in the scene: they hold their targets, or give no force."""
 
 
+@explained
 @dataclass(frozen=True)
 class Scene:
     """A scene. fidelity: "" for the one that the mechanism has by default; duration [s]; initial: physical values of joints at

@@ -115,7 +115,7 @@ class TreePlant:
         return self.residual(), self.jacobian(), self.v
 
     def accelerations(self, force: ArrayLike) -> Array:
-        """(nv,) accelerations under the generalised `force` (nv,), without dry friction: M a + h = force + J^T r, J a = -dJ/dt v."""
+        """(nv,) accelerations under the generalized `force` (nv,), without dry friction: M a + h = force + J^T r, J a = -dJ/dt v."""
         rows, nv = self.jacobian(), len(self.v)
         matrix, side = np.zeros((nv + len(rows), nv + len(rows))), np.zeros(nv + len(rows))
         matrix[:nv, :nv], matrix[:nv, nv:], matrix[nv:, :nv] = self.mass_matrix(), rows.T, rows

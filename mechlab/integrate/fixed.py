@@ -150,7 +150,7 @@ def integrate_fixed(
     observe: Callable[[int, float, Array], None] | None = None,
     project: Callable[[float, Array], Array] | None = None,
 ) -> FixedStepEnd:
-    """`steps` steps of size h from y0 (..., n) at t0; f(t, y) -> dy/dt of the same shape, vectorised over leading axes.
+    """`steps` steps of size h from y0 (..., n) at t0; f(t, y) -> dy/dt of the same shape, vectorized over leading axes.
 
     After each step `project(t, y) -> y` brings the state back onto constraints, then `observe(k, t, y)` sees it; k =
     0 is the start. Times are t0 + k h, not sums. Stops at the first state that is not finite and says when; that

@@ -1,4 +1,4 @@
-"""Phase portraits: vectorised integration of thousands of initial states, Poincare sections, curves; arrays and
+"""Phase portraits: vectorized integration of thousands of initial states, Poincare sections, curves; arrays and
 figures."""
 
 from __future__ import annotations

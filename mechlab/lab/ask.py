@@ -21,6 +21,8 @@ from mechlab.mechanism import Mechanism, Status
 from mechlab.mechanism.length_unit import is_length
 from mechlab.values import LARGEST_NUMBER, has_unit, parse_value
 
+DOUBTFUL_ANGLE = 4 * math.pi
+"""Angles [rad] beyond two turns are rare among positions; 15, 30, 45, 60, 90 are common in degrees."""
 NUMBERS_ALONE = (TypeError, ValueError, IndexError)
 """What a closed form for one pose raises when it gets arrays."""
 
@@ -41,7 +43,8 @@ def ask(design: Design, given: Mapping[str, Any]) -> Answers:
     values, question = _asked(design, given)
     assumed = {k: d for k, d in question.optional.items() if d is not None and k not in values}
     found = {n: _ask_one(n, w, design, assumed | values) for n, w in question.witnesses.items()}
-    return _compared(design, question, values, assumed, found)
+    done = _compared(design, question, values, assumed, found)
+    return replace(done, warnings=(*done.warnings, *_many_turns(design, given)))
 
 
 def ask_at_points(design: Design, given: Mapping[str, Any], count: int) -> list[Answers]:
@@ -91,6 +94,19 @@ def _compared(
             + "; ".join(x.sentence for x in _gathered(done.open))
         )  # fmt: skip
     return done
+
+
+def _many_turns(design: Design, given: Mapping[str, Any]) -> list[str]:
+    """A sentence on each angle that is given as a plain whole number of more than two turns: most likely meant in degrees."""
+    large = {k: v for k, v in given.items() if isinstance(v, int | float) and abs(v) > DOUBTFUL_ANGLE and v == round(v)}
+    if not large:
+        return []
+    units = entry_units(design.entry, [asked_mechanism(design)])
+    return [
+        f"{k} = {v:g} rad is {abs(v) / math.tau:.1f} turns; if degrees are meant, write {k}={v:g}deg"
+        for k, v in large.items()
+        if "rad" in units.get(k, ())
+    ]
 
 
 def _gathered(found: Sequence[Open]) -> list[Open]:

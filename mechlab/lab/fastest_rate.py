@@ -25,7 +25,7 @@ RESOLVED = 0.5
 """Timestep times the fastest eigenvalue of the drives that hold, at most: RK4 is unstable above 2.78, and leaves an error of
 a hundredth of a transient at 1."""
 MOST_RATES = 24
-"""Mechanisms with more rates are not linearised, which would cost more than it saves."""
+"""Mechanisms with more rates are not linearized, which would cost more than it saves."""
 
 
 def largest_eigenvalue(mass: Array, stiffness: Array, damping: Array) -> float:
@@ -37,7 +37,7 @@ def largest_eigenvalue(mass: Array, stiffness: Array, damping: Array) -> float:
 
 
 def fastest_rate(mechanism: Mechanism, scene: Scene) -> float:
-    """Largest |eigenvalue| [1/s] of the motion at the start of a scene, linearised on the constraints: M a = -C v - K q with
+    """Largest |eigenvalue| [1/s] of the motion at the start of a scene, linearized on the constraints: M a = -C v - K q with
     C, K the sums of c g g^T and k g g^T over all springs, dampers, servos and the like, g the gradient of what they stretch by.
     What their tension adds, and weight and other laws, are slow; computed torque has the rates of its gains, held rates that of
     their capture. 0 when unknown."""

@@ -171,7 +171,7 @@ class _Estimate:
 
     def past_singular(self, errors: dict[str, float]) -> tuple[dict[str, float], Finding | None]:
         """The errors, infinite for accelerations and forces where the run passes a singular position of the
-        constraints, and the finding that says so: there they depend on how rows are softened or regularised, and
+        constraints, and the finding that says so: there they depend on how rows are softened or regularized, and
         smaller steps change them more than larger ones do."""
         r, m = self.recording, self.recording.mechanism
         some = np.unique(np.linspace(0, len(r.t) - 1, min(len(r.t), LOOKED_AT)).round().astype(int))

@@ -39,7 +39,7 @@ class ManyEquations:
     needed: Array
 
     def accelerations(self, force: Array) -> Array:
-        """(P, nv) accelerations under the generalised forces (P, nv)."""
+        """(P, nv) accelerations under the generalized forces (P, nv)."""
         push = self.push + force
         if not self.rows.shape[1]:
             try:
@@ -69,7 +69,7 @@ class BatchDynamics:
         self.between = (tree.on[self.ends[1][0]] - tree.on[self.ends[0][0]])[:, None, :]
 
     def accelerations(self, q: Array, v: Array, force: Array) -> Array:
-        """(P, nv) accelerations at q (P, nv), v (P, nv) under the generalised forces (P, nv)."""
+        """(P, nv) accelerations at q (P, nv), v (P, nv) under the generalized forces (P, nv)."""
         found = [self.equations(q[b], v[b]).accelerations(force[b]) for b in self.blocks(len(q))]
         return np.concatenate(found) if found else np.zeros_like(q)
 

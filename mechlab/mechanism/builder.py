@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mechlab.errors import MechlabError
+from mechlab.errors import MechlabError, explained
 from mechlab.mechanism.assembly import assembled_pose, rebased
 from mechlab.mechanism.curve import Curve, CurveRelation
 from mechlab.mechanism.editable import Editable
@@ -60,6 +60,7 @@ class Builder(Editable):
 
     # -- parts -------------------------------------------------------------------------------------------------------
 
+    @explained
     def body(
         self,
         name: str,
@@ -88,6 +89,7 @@ class Builder(Editable):
         self.bodies.append(Body(name, parent, placement, tuple(joints), inertia or Inertia(), tuple(shapes)))
         return self
 
+    @explained
     def bar(
         self,
         name: str,
@@ -114,6 +116,7 @@ class Builder(Editable):
         rod, shapes = uniform_bar(name, joint, long, m, w, color, si(layer, f"{what}: layer", "m"))
         return self.body(name, joint, parent=parent, at=at, inertia=rod, shapes=shapes)
 
+    @explained
     def plate(
         self,
         name: str,
@@ -148,6 +151,7 @@ class Builder(Editable):
         solid, shapes = plate(name, joint, points, m, rho, w, t, color, si(layer, f"{what}: layer", "m"))
         return self.body(name, joint, parent=parent, at=at, inertia=solid, shapes=shapes)
 
+    @explained
     def frame(
         self, name: str, body: str, at: Sequence[Number] = (0.0, 0.0, 0.0), turned: Placement = IDENTITY
     ) -> Builder:
@@ -155,6 +159,7 @@ class Builder(Editable):
         self.frames.append(Frame(name, body, Placement(point(at, f"frame {name!r}: at")) @ turned))
         return self
 
+    @explained
     def loop(
         self,
         name: str,
@@ -191,6 +196,7 @@ class Builder(Editable):
         self.meshes.append(mesh)
         return self
 
+    @explained
     def gears(
         self,
         name: str,
@@ -213,6 +219,7 @@ class Builder(Editable):
         self.meshes.append(LinearRelation(name, terms))
         return self
 
+    @explained
     def curve(self, name: str, output: str, input: str, curve: Curve) -> Builder:
         """Couple two joints by a function: value of `output` = curve(value of `input`), physical values [rad or m]."""
         if not isinstance(curve, Curve):
@@ -234,6 +241,7 @@ class Builder(Editable):
         self.springs.append(spring)
         return self
 
+    @explained
     def drive(
         self,
         on: str,

@@ -19,7 +19,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from mechlab.errors import MechlabError, unknown
+from mechlab.errors import MechlabError, explained, unknown
 from mechlab.mechanism.geometry import Array, cross
 from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism
@@ -28,6 +28,7 @@ from mechlab.mechanism.parts import GROUND, Coefficients, Joint, LinearRelation,
 MESH_KINDS = ("external", "internal", "bevel", "rack")
 
 
+@explained
 @dataclass(frozen=True)
 class GearMesh:
     """A mesh of the gears that turn with joints `a` and `b`, their axes held by body `carrier`.
@@ -235,12 +236,14 @@ def _exact(mesh: GearMesh, mechanism: Mechanism, row: Array) -> Coefficients:
     return tuple(out)
 
 
+@explained
 def belt(name: str, a: str, b: str, radius_a: object, radius_b: object, crossed: bool = False) -> LinearRelation:
     """A belt or chain between two pulleys whose axes stand in the same body: r_a q_a = r_b q_b (crossed: opposite)."""
     ra, rb = as_fraction(radius_a, f"belt {name!r}: radius_a"), as_fraction(radius_b, f"belt {name!r}: radius_b")
     return LinearRelation(name, ((a, Fraction(1)), (b, (1 if crossed else -1) * rb / ra)), "belt")
 
 
+@explained
 def screw(name: str, turn: str, slide: str, pitch: object) -> LinearRelation:
     """A screw: slide = pitch x turn / (2 pi); `pitch` [m per revolution], positive for a right-hand thread.
 
@@ -250,6 +253,7 @@ def screw(name: str, turn: str, slide: str, pitch: object) -> LinearRelation:
     return LinearRelation(name, ((slide, Fraction(1)), (turn, -lead)), "screw")
 
 
+@explained
 def mimic(name: str, follower: str, leader: str, ratio: object) -> LinearRelation:
     """follower = ratio x leader, as URDF's mimic."""
     return LinearRelation(

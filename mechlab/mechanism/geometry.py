@@ -27,7 +27,7 @@ def vector(value: Sequence[float] | Array, what: str) -> Vector:
 
 
 def unit(value: Sequence[float] | Array, what: str) -> Vector:
-    """`value` normalised; a vector of unit length to within rounding is kept bit for bit."""
+    """`value` normalized; a vector of unit length to within rounding is kept bit for bit."""
     x, y, z = vector(value, what)
     norm = math.sqrt(x * x + y * y + z * z)
     if not 1e-12 <= norm < math.inf:  # the squares leave the range of doubles before the direction does
@@ -68,7 +68,7 @@ def axis_rotation(axis: ArrayLike, angle: float) -> Array:
 
 
 def quaternion_to_matrix(wxyz: ArrayLike) -> Array:
-    """(3, 3) rotation of a quaternion (w, x, y, z), which is normalised first."""
+    """(3, 3) rotation of a quaternion (w, x, y, z), which is normalized first."""
     w, x, y, z = np.asarray(wxyz, dtype=float).tolist()
     n = w * w + x * x + y * y + z * z
     s = 2.0 / n
@@ -158,7 +158,7 @@ def frame_along(axis: ArrayLike) -> Array:
 class Placement:
     """A rigid transform: maps coordinates of the placed frame to those of the frame it is placed in.
 
-    `position` in metres, `quaternion` as (w, x, y, z), normalised at construction.
+    `position` in metres, `quaternion` as (w, x, y, z), normalized at construction.
     """
 
     position: Vector = (0.0, 0.0, 0.0)

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechlab.errors import MechlabError
+from mechlab.errors import MechlabError, explained
 from mechlab.mechanism.geometry import Array, Vector, skew, unit, vector
 
 
+@explained
 @dataclass(frozen=True)
 class Inertia:
     """Mass [kg], centre of mass `com` [m] and `tensor` (xx, yy, zz, xy, xz, yz) [kg m2] about it, in body axes.

@@ -18,7 +18,7 @@ ITERATIONS = 12
 def least_norm(matrix: Array, wanted: Array) -> Array:
     """(n,) the smallest x that solves matrix (m, n) x = wanted (m,) in the sense of least squares.
 
-    Where m and n are `LARGE`, x = A^T y from [[1, A^T], [A, -d]] [x, -y] = [0, wanted] with rows A of unit length, factorised sparsely
+    Where m and n are `LARGE`, x = A^T y from [[1, A^T], [A, -d]] [x, -y] = [0, wanted] with rows A of unit length, factorized sparsely
     and iterated (a proximal point method in y) until x stands still; equations that are nearly singular are solved densely, by
     singular values. What contradicts each other in the equations moves y alone.
     """

@@ -250,7 +250,7 @@ def rotation_vectors(wxyz: Array) -> Array:
 
 
 def matrices(wxyz: Array) -> Array:
-    """(n, 3, 3) rotations of quaternions (n, 4) w, x, y, z, normalised first."""
+    """(n, 3, 3) rotations of quaternions (n, 4) w, x, y, z, normalized first."""
     w, x, y, z = (wxyz / np.linalg.norm(wxyz, axis=1, keepdims=True)).T
     rows = [
         [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],

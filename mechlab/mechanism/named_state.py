@@ -19,7 +19,7 @@ Named = Mapping[str, ArrayLike]
 
 def coordinates_of(mechanism: Mechanism, values: Named) -> Array:
     """(nq,) coordinates for the physical values of all joints: a number [rad or m], or a quaternion (w, x, y, z), which is
-    normalised. Shafts follow from joints and may be left in. Raises MechlabError that names what is missing, unknown or bad."""
+    normalized. Shafts follow from joints and may be left in. Raises MechlabError that names what is missing, unknown or bad."""
     m = mechanism
     _complete(m, values, "value")
     q = m.reference()

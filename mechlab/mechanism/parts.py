@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from mechlab.errors import MechlabError, unknown
+from mechlab.errors import MechlabError, explained, unknown
 from mechlab.mechanism.geometry import IDENTITY, Placement, Vector, unit
 from mechlab.mechanism.given import options_of, pair, si
 from mechlab.mechanism.inertia import Inertia
@@ -45,7 +45,7 @@ def shape(
 ) -> Shape:
     """A Shape from keyword sizes: `shape("cylinder", radius=0.01, length=0.1)`. `mechlab.shapes.shape` also checks the kind.
 
-    Raises MechlabError for a size that is no number, or a color that is not (red, green, blue, alpha).
+    Raises MechlabError for a size that is no number, or a colour that is not (red, green, blue, alpha).
     """
     try:
         sizes = tuple(sorted((k, float(v)) for k, v in size.items()))
@@ -89,6 +89,7 @@ LOOP_ROWS = {"spherical": 3, "revolute": 5, "universal": 4, "cylindrical": 4, "p
 """Kinds of Loop, named after the joint they stand for, and their number of constraint rows."""
 
 
+@explained
 @dataclass(frozen=True)
 class Joint:
     """One joint of a body, acting at the origin of the body frame after the joints before it.
@@ -137,6 +138,7 @@ class Body:
     shapes: tuple[Shape, ...] = ()
 
 
+@explained
 @dataclass(frozen=True)
 class Frame:
     """A named point of interest, fixed in a body."""
@@ -146,6 +148,7 @@ class Frame:
     placement: Placement = IDENTITY
 
 
+@explained
 @dataclass(frozen=True)
 class Loop:
     """Closes a loop between two bodies; `kind` is one of LOOP_ROWS, the axis of a joint is local z of both placements.
@@ -162,6 +165,7 @@ class Loop:
     length: float = 0.0
 
 
+@explained
 @dataclass(frozen=True)
 class Shaft:
     """A part that turns but needs no coordinate: its angle is `zero` + the sum of coefficient x joint coordinate.
@@ -184,6 +188,7 @@ class Shaft:
     range: tuple[float, float] | None = field(default=None, metadata={"brief": True})
 
 
+@explained
 @dataclass(frozen=True)
 class LinearRelation:
     """A shaft that must stand still: the sum of coefficient x joint coordinate is zero.
@@ -197,6 +202,7 @@ class LinearRelation:
     kind: str = "linear"
 
 
+@explained
 @dataclass(frozen=True)
 class Spring:
     """A linear spring and damper between two points: force = stiffness (length - rest_length) + damping length rate [N].
@@ -213,6 +219,7 @@ class Spring:
     range: tuple[float, float] | None = field(default=None, metadata={"brief": True})
 
 
+@explained
 @dataclass(frozen=True)
 class Winding:
     """Electrical side of a DC motor: constant [N m/A = V s/rad], resistance [ohm], inductance [H].
@@ -242,6 +249,7 @@ class Control:
     force_range: tuple[float, float] | None = None
 
 
+@explained
 @dataclass(frozen=True)
 class Drive:
     """An actuator on a joint or shaft: a position servo of the given `stiffness` and `damping`, force limited by `limit`;
@@ -302,11 +310,13 @@ def spherical(name: str, **options: object) -> Joint:
     return _joint(name, "spherical", Z, options)
 
 
+@explained
 def universal(first: str, second: str, axis_1: AxisLike = "x", axis_2: AxisLike = "y") -> tuple[Joint, Joint]:
     """A universal joint: two revolutes with crossing axes in one body."""
     return revolute(first, axis_1), revolute(second, axis_2)
 
 
+@explained
 def floating(name: str) -> tuple[Joint, Joint, Joint, Joint]:
     """Six freedoms in one body: prismatics NAME_x, NAME_y, NAME_z and the spherical NAME_turn."""
     return prismatic(f"{name}_x", X), prismatic(f"{name}_y", Y), prismatic(f"{name}_z", Z), spherical(f"{name}_turn")

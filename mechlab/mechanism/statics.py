@@ -37,14 +37,14 @@ def spring_pull(kin: Kinematics, spring: Spring) -> tuple[Array, Array, Array]:
 
 
 def spring_force(kin: Kinematics, spring: Spring) -> Array:
-    """(nv,) generalised force of a spring between two points."""
+    """(nv,) generalized force of a spring between two points."""
     a, b, force = spring_pull(kin, spring)
     relative = kin.jacobian(spring.body_b, b)[:3] - kin.jacobian(spring.body_a, a)[:3]
     return np.asarray(force @ relative)
 
 
 def passive_force(tree: TreeKinematics) -> Array:
-    """(nv,) generalised force of springs and dampers of joints, of shafts and between points, without dry friction."""
+    """(nv,) generalized force of springs and dampers of joints, of shafts and between points, without dry friction."""
     m = tree.mechanism
     out = np.zeros(m.nv)
     for joint in m.joints:
@@ -97,8 +97,8 @@ class DryFriction:
 class HoldingForces:
     """Forces of drives that hold a pose at rest, and the unbalanced rest.
 
-    forces: drive -> N or N m, within its limit. unbalanced (nv,): the generalised force that neither drives nor constraints
-    carry; load (nv,): the generalised force to be carried.
+    forces: drive -> N or N m, within its limit. unbalanced (nv,): the generalized force that neither drives nor constraints
+    carry; load (nv,): the generalized force to be carried.
     """
 
     forces: dict[str, float]

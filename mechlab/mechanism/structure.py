@@ -99,7 +99,7 @@ def rank(matrix: Array) -> int:
 
 def ranks(matrices: Array) -> list[int]:
     """Numerical ranks of matrices (P, m, n) after scaling rows to unit length. Where the rows of a large sparse one are clearly
-    independent, as its smallest singular value by a sparse factorisation says, they are counted."""
+    independent, as its smallest singular value by a sparse factorization says, they are counted."""
     if matrices.size == 0:
         return [0] * len(matrices)
     norms = np.linalg.norm(matrices, axis=2, keepdims=True)

@@ -1,1 +1,1 @@
-"""Questions across runs, one folder a verb: charts, cycles, checks, claims, modes, stability, sweeps, optimisation."""
+"""Questions across runs, one folder a verb: charts, cycles, checks, claims, modes, stability, sweeps, optimization."""

@@ -67,7 +67,7 @@ GREY: Color = (0.62, 0.66, 0.72, 1.0)
 TRACES: tuple[Color, ...] = (
     (0.76, 0.09, 0.36, 1.0), (0.0, 0.47, 0.42, 1.0), (0.37, 0.21, 0.69, 1.0), (0.70, 0.33, 0.0, 1.0), (0.08, 0.40, 0.75, 1.0),
 )  # fmt: skip
-"""Colors of the paths that points draw, in turn, in pictures, films and GLB files; the page has the same."""
+"""Colours of the paths that points draw, in turn, in pictures, films and GLB files; the page has the same."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -226,7 +226,7 @@ class Story:
     knots: coordinates of it, from which the page has its poses instead of `poses`, see `mechlab.viewer.knots`;
     named: parameters of the definition that numbers of the model follow, see `mechlab.viewer.named_numbers`;
     channels: all that were recorded, for plots that are asked for in the page; clips: parts
-    of the story that buttons play one at a time; fields: quantities that color the surface of a part. Raises
+    of the story that buttons play one at a time; fields: quantities that colour the surface of a part. Raises
     MechlabError, naming the culprit, for anything that does not fit together.
     """
 

@@ -304,3 +304,12 @@ def test_a_mistyped_column_is_refused_before_a_design_is_tried(quantity: str, gi
 def test_fewer_designs_than_a_search_needs_are_refused() -> None:
     with pytest.raises(MechlabError, match="at least 40 designs.*got 4"):
         ml.optimize("fourbar", FOURBAR, maximize="transmission_angle", evaluations=4)
+
+
+def test_a_quantity_that_does_not_exist_is_refused_before_the_search(monkeypatch: pytest.MonkeyPatch) -> None:
+    from mechlab.studies.optimize import study
+
+    monkeypatch.setattr(study, "search", lambda *args: pytest.fail("the search began"))
+    for wrong in ("cycle.peak.foo", "cycle.foo.crank_angle_force", "foo"):
+        with pytest.raises(MechlabError, match="does not exist|expected cycle.HOW.COLUMN"):
+            ml.optimize("fourbar", crank=Range(0.08, 0.12), minimize=wrong, crank_angle_rate=20)

@@ -77,7 +77,7 @@ def _solve(p: complex, q: complex, right: complex, name: str) -> tuple[float, fl
 
 @dataclass
 class Balance:
-    """Sums of the equation of the one freedom: inertia J, half its derivative, generalised force at zero speed."""
+    """Sums of the equation of the one freedom: inertia J, half its derivative, generalized force at zero speed."""
 
     inertia: float = 0.0
     half_derivative: float = 0.0

@@ -94,7 +94,7 @@ def mesh_moments(train: Train, M_H1: ArrayLike, M_H2: ArrayLike) -> MeshMoments:
 
 
 def block_torques(train: Train, M_H1: ArrayLike, M_H2: ArrayLike) -> FloatArray:
-    """(..., 2) generalised force Q on blocks 14 and 36: J w' = Q. Both vanish only when M_H1 = M_H2 = 0 (a != b)."""
+    """(..., 2) generalized force Q on blocks 14 and 36: J w' = Q. Both vanish only when M_H1 = M_H2 = 0 (a != b)."""
     m = mesh_moments(train, M_H1, M_H2)
     return np.stack(np.broadcast_arrays(m.M21 - m.M54, m.M23 - m.M56), axis=-1)
 

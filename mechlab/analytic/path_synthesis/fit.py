@@ -38,7 +38,7 @@ class Limits:
 def fit(
     targets: Complex, start: Fitted, ratio: float, free: NDArray[np.int_], timed: bool, limits: Limits, rounds: int
 ) -> Fitted:
-    """Moves the numbers `free` of every row, and the angles unless `timed`, toward the points (n,).
+    """Moves the numbers `free` of every row, and the angles unless `timed`, towards the points (n,).
 
     A step that leads where a linkage does not assemble, or beyond the limits, is not taken.
     """

@@ -1,4 +1,4 @@
-"""Mass matrix, velocity terms and generalised forces of a tree, vectorised over states: q, v (..., links).
+"""Mass matrix, velocity terms and generalized forces of a tree, vectorized over states: q, v (..., links).
 
 With the world pseudo-inertia N_i = G_i H_i G_i^T and its sum C_j over all links that hang on joint j:
 
@@ -33,7 +33,7 @@ def bias_force(tree: Tree, q: ArrayLike, v: ArrayLike) -> FloatArray:
 
 
 def gravity_force(tree: Tree, q: ArrayLike) -> FloatArray:
-    """(..., links) generalised force of the weight: sum of m_i g . dr_i/dq_j."""
+    """(..., links) generalized force of the weight: sum of m_i g . dr_i/dq_j."""
     world, w = transitions(tree, q)
     return _gravity(tree, w, _below(tree, _world_inertias(tree, world)))
 

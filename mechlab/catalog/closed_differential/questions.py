@@ -66,11 +66,11 @@ class Machine:
         return np.asarray(self.free @ np.linalg.solve(reduced, values))
 
     def applied(self, **moments: float) -> Array:
-        """(nv,) generalised force of moments on speeds or joints or shafts by name."""
+        """(nv,) generalized force of moments on speeds or joints or shafts by name."""
         return np.asarray(sum((f * self.row(name) for name, f in moments.items()), np.zeros(self.mechanism.nv)))
 
     def accelerations(self, applied: Array) -> Array:
-        """(nv,) accelerations under a generalised force (nv,)."""
+        """(nv,) accelerations under a generalized force (nv,)."""
         free = self.free
         return np.asarray(free @ np.linalg.solve(free.T @ self.mass @ free, free.T @ applied))
 

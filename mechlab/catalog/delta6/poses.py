@@ -99,7 +99,7 @@ def _cardans(p: Delta6Parameters, centre: Array, shafts: Array) -> dict[str, Arr
 
 
 def _balls(p: Delta6Parameters, centre: Array, sliders: Array) -> dict[str, Array]:
-    """Shortest turn of each plain rod, as quaternions (n, 4): (1 + u0 . u, u0 x u), normalised."""
+    """Shortest turn of each plain rod, as quaternions (n, 4): (1 + u0 . u, u0 x u), normalized."""
     out: dict[str, Array] = {}
     for i, (u, home, _) in enumerate(_rods(p, centre, sliders), start=1):
         q = np.column_stack([1.0 + u @ home, np.cross(home, u)])

@@ -100,7 +100,7 @@ def _against_events(p: Parameters, start: Array, end: Array, duration: float) ->
 
 
 def _over_psi(i: Impulse, w: float, width: float) -> Callable[[float, Array], Array]:
-    """d(beta, s^2, ended)/dpsi at constant input speed, s = w - beta'; vectorised over leading axes.
+    """d(beta, s^2, ended)/dpsi at constant input speed, s = w - beta'; vectorized over leading axes.
 
     s^2 is smooth where s vanishes and psi turns back, where beta' over psi has a pole; `ended` grows from there on.
     """

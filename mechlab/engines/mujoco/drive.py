@@ -175,7 +175,7 @@ class Driver:
         self._last = (t, power)
 
     def _apply(self, t: float) -> Array:
-        """(engine nv,) the generalised force of the laws that the engine does not apply by itself; it is put into the data."""
+        """(engine nv,) the generalized force of the laws that the engine does not apply by itself; it is put into the data."""
         laws = self.applied
         laws.put(t, self._qpos, self._qvel)
         if self._remembers:

@@ -238,7 +238,7 @@ class InverseDynamicsSolver:
         self, q: ArrayLike, v: ArrayLike, drive: str, acceleration: float, load: ArrayLike | None = None
     ) -> MujocoInverse:
         """Drive force and reactions of the state q (nq,), v (nv,) in which `drive` has the acceleration; `load` (nv,)
-        generalised forces of loads. Raises NoSolution when the drive cannot make the motion (a limit position)."""
+        generalized forces of loads. Raises NoSolution when the drive cannot make the motion (a limit position)."""
         data, row = self.data, np.zeros(self.model.nv)
         row[self.map.dof] = self.mechanism.row(drive)
         extra = np.zeros(self.model.nv)

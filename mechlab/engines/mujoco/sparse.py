@@ -1,6 +1,6 @@
 """Steps of large models with MuJoCo's sparse Jacobian, where it is shown to be right.
 
-The files say jacobian="dense", because the sparse factorisation of MuJoCo 4.0.0 returns wrong accelerations for some models (its
+The files say jacobian="dense", because the sparse factorization of MuJoCo 4.0.0 returns wrong accelerations for some models (its
 issue 3767). Dense steps cost the cube of the number of rates. The fault lies in the pattern of the matrix; as long as equalities
 are the only constraints that pattern does not change in a run, so that a comparison at a few states decides about all of them.
 """

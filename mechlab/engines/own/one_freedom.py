@@ -1,4 +1,4 @@
-"""Engine `one_freedom`: any Mechanism of one freedom by its generalised inertia along the closed path (Eksergian).
+"""Engine `one_freedom`: any Mechanism of one freedom by its generalized inertia along the closed path (Eksergian).
 
     J = u^T M u,   J'/2 = u^T (M du + c(q, u)),   J phi'' + J'/2 phi'^2 = u^T (laws + weight + springs + dampers)
 

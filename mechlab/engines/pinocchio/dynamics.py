@@ -245,7 +245,7 @@ class PinPlant:
         return np.vstack([self.jacobian(), held]) if len(self.constraints) else held
 
     def accelerations(self, force: ArrayLike, held: Array | None = None) -> tuple[Array, Array]:
-        """(nv,) accelerations and (rows,) reactions under the generalised `force` (nv,) of drives and loads.
+        """(nv,) accelerations and (rows,) reactions under the generalized `force` (nv,) of drives and loads.
 
         Reactions are conjugate to the rows: J^T r acts on the tree; the smallest ones where rows are redundant. held (k, nv): rows
         of rates that stay as they are (what sticks); their reactions come last. Raises Untrustworthy when the equations have no

@@ -110,7 +110,7 @@ class Equations:
             raise BlowUp(t, f"the rate of {name} is {v[fastest]:.3g}, beyond {RATE_LIMIT:g}")
 
     def forward(self, force: Array) -> tuple[Array, Array, Array]:
-        """Generalised force (nv,) with dry friction, accelerations (nv,) and reactions (rows,) under the force (nv,) of the laws, at
+        """Generalized force (nv,) with dry friction, accelerations (nv,) and reactions (rows,) under the force (nv,) of the laws, at
         the state of the plant."""
         plant = self.plant
         if len(self.width):
@@ -141,7 +141,7 @@ class Equations:
         return Instant(a, reactions, dict(zip(self.applied.targets, forces.tolist(), strict=True)), power)
 
     def _pushes(self, t: float, plant: PinPlant, y: Array) -> tuple[Array, Array]:
-        """Forces of the laws on their targets, and the generalised force (nv,), at the state of the plant."""
+        """Forces of the laws on their targets, and the generalized force (nv,), at the state of the plant."""
         laws = self.applied
         laws.put(t, plant.q, plant.v)
         if len(self.memory):

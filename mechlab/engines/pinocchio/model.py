@@ -41,7 +41,7 @@ class PinModel:
         return Workspace(self.model, self.unused.pop() if self.unused else parts_of(self.model))
 
     def to_pin(self, q: ArrayLike) -> Array:
-        """(nq,) Pinocchio's coordinates, quaternions (x, y, z, w) normalised, of a Mechanism's, (w, x, y, z)."""
+        """(nq,) Pinocchio's coordinates, quaternions (x, y, z, w) normalized, of a Mechanism's, (w, x, y, z)."""
         out = np.array(q, dtype=float)
         if out.shape != (self.model.nq,):
             raise MechlabError(

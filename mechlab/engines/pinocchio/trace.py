@@ -1,6 +1,6 @@
 """Timed runs on Pinocchio for charts and error control: states at even times, and what the stepping costs.
 
-`trace`: Pinocchio's own constrained dynamics (proximal, in C++) with Baumgarte stabilisation, for mechanisms of one-coordinate
+`trace`: Pinocchio's own constrained dynamics (proximal, in C++) with Baumgarte stabilization, for mechanisms of one-coordinate
 joints, loops of kind spherical and revolute, springs, and laws of single joints. What has more goes through
 `mechlab.engines.pinocchio.runner`, which is slower and projects.
 """
@@ -37,7 +37,7 @@ MU, ITERATIONS, ACCURACY = 1e-6, 5, 1e-12
 
 @dataclass(frozen=True)
 class Stabilisation:
-    """Baumgarte's gains in steps: kp = position / h^2, kd = velocity / h; `mu` regularises rows that repeat each other."""
+    """Baumgarte's gains in steps: kp = position / h^2, kd = velocity / h; `mu` regularizes rows that repeat each other."""
 
     position: float
     velocity: float
@@ -97,7 +97,7 @@ class ConstrainedDynamics:
         return float(self.mechanism.row(name) @ self.v)
 
     def _pushes(self, t: float, q: Array, v: Array) -> Array:
-        """(nv,) generalised force of the laws."""
+        """(nv,) generalized force of the laws."""
         laws = self.applied
         laws.put(t, q, v)
         if laws.affine:
@@ -123,7 +123,7 @@ class ConstrainedDynamics:
 
 
 class _Spring:
-    """Generalised force of a spring between two points, by the wrench that it exerts: both ends lie on its line."""
+    """Generalized force of a spring between two points, by the wrench that it exerts: both ends lie on its line."""
 
     def __init__(self, made: PinModel, spring: Spring) -> None:
         s = spring

@@ -1,9 +1,9 @@
 """All laws of a run together, made once into matrices over the arrays of an engine:
 
-    z = (phi(t), q, v, states of the laws),    y = A z,    forces = y, shaped where a law is not affine,    generalised = C forces
+    z = (phi(t), q, v, states of the laws),    y = A z,    forces = y, shaped where a law is not affine,    generalized = C forces
 
 Laws that are formulas (`mechlab.experiment.laws.formula`) are rows of A; computed torque takes its commands from A; every other
-law is called as it is, with the time and the plant. Where all laws are affine, generalised = (C A) z is one product.
+law is called as it is, with the time and the plant. Where all laws are affine, generalized = (C A) z is one product.
 """
 
 from __future__ import annotations
@@ -157,7 +157,7 @@ class CompiledLaws:
         self._state[:] = states
 
     def forces(self, t: float, plant: Plant) -> tuple[Array, Array]:
-        """(targets,) forces [N m or N] and (nv,) generalised force, in the order of the engine, at the state that was put; the plant
+        """(targets,) forces [N m or N] and (nv,) generalized force, in the order of the engine, at the state that was put; the plant
         is in the same state."""
         if self.affine:
             both = self._both.dot(self._z)
@@ -210,7 +210,7 @@ class CompiledLaws:
         self._map, self._count = np.array(self._columns).T, len(self.targets)
 
     def affine_force(self) -> Array:
-        """(nv,) generalised force at the state that was put, where all laws are `affine`."""
+        """(nv,) generalized force at the state that was put, where all laws are `affine`."""
         return self._direct.dot(self._z)
 
     @property

@@ -1,7 +1,7 @@
 """Inverse dynamics under constraints for laws: the forces of drives that give some coordinates the accelerations asked for.
 
 With m independent rows J of the constraints, k commanded rows R and e unit rows E of freedoms that nobody commands, the matrix
-S = [J; R; E] is square. One factorisation of it gives the accelerations and the free directions N (nv, k + e):
+S = [J; R; E] is square. One factorization of it gives the accelerations and the free directions N (nv, k + e):
 
     S a = [-b; commands; 0],    S N = [0; I]       so that J a = -b, J N = 0
 
@@ -185,7 +185,7 @@ class _Choice:
         return np.asarray(forces)
 
     def _regular(self, which: int, factors: Array) -> bool:
-        """Whether no pivot of one of the two factorisations is near zero, now or since the determinant was looked at."""
+        """Whether no pivot of one of the two factorizations is near zero, now or since the determinant was looked at."""
         pivots = factors.diagonal().tolist()
         determinant, first = math.prod(pivots), self.determinants[which]
         if first is None:

@@ -147,7 +147,7 @@ class OneSidedStop(OnOne):
 
 
 class AppliedForce:
-    """`applied_force` for many states: `self(t, plant)` gives the (nv,) generalised force of all laws, and joint or
+    """`applied_force` for many states: `self(t, plant)` gives the (nv,) generalized force of all laws, and joint or
     shaft -> force.
 
     `constant`: all laws are constant loads; every call then returns the same two objects, which must not be changed.
@@ -170,7 +170,7 @@ class AppliedForce:
         return self._terms[name]
 
     def __call__(self, t: float, plant: Plant) -> tuple[Array, dict[str, float]]:
-        """(nv,) generalised force at time t [s] in the state of the plant, and the forces by name."""
+        """(nv,) generalized force at time t [s] in the state of the plant, and the forces by name."""
         if self._kept is not None:
             return self._kept
         by_name: dict[str, float] = {}

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Protocol, TypeVar
 
 import numpy as np
 
-from mechlab.errors import unknown
+from mechlab.errors import explained, unknown
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 
@@ -69,7 +69,7 @@ def register(kind: str) -> Callable[[T], T]:
 
     def add(cls: T) -> T:
         cls.kind = kind  # type: ignore[attr-defined]
-        LAWS[kind] = cls
+        LAWS[kind] = explained(cls)
         return cls
 
     return add
@@ -88,7 +88,7 @@ class OnOne:
 def applied_force(
     mechanism: Mechanism, laws: tuple[Law, ...], t: float, plant: Plant
 ) -> tuple[Array, dict[str, float]]:
-    """(nv,) generalised force of all laws, and the force on each joint or shaft by name."""
+    """(nv,) generalized force of all laws, and the force on each joint or shaft by name."""
     total = np.zeros(mechanism.nv)
     by_name: dict[str, float] = {}
     for law in laws:

@@ -122,7 +122,7 @@ def to_mjcf(
 
 
 def _option(root: ET.Element, m: Mechanism, s: Settings) -> None:
-    """The <option> element. jacobian="dense", because the sparse factorisation of MuJoCo 4.0.0 returns wrong accelerations (its issue
+    """The <option> element. jacobian="dense", because the sparse factorization of MuJoCo 4.0.0 returns wrong accelerations (its issue
     3767). diagexact where a loop joins bodies that only turn about their centres of mass (see `loops.joins_still_masses`), and for
     curves, whose softness would else not know their slope."""
     integrator = s.integrator if s.integrator in MUJOCO_INTEGRATORS else "RK4"

@@ -118,7 +118,7 @@ def _completed(m: Mechanism, laws: CompiledLaws, t: Array, q: Array, v: Array, f
 def _one_by_one(
     m: Mechanism, laws: CompiledLaws, t: Array, q: Array, v: Array, plant: Any = None, accelerations: Array | None = None
 ) -> tuple[dict[str, Array], Array]:
-    """`law_forces`, and (n, nv) generalised forces, by a call of the laws for each state. Under them the plant, where one is given,
+    """`law_forces`, and (n, nv) generalized forces, by a call of the laws for each state. Under them the plant, where one is given,
     finds the accelerations (n, nv) too, from what it knows of the state by then."""
     # most laws see values and rates alone; those that ask for the dynamics get it ten times faster from Pinocchio
     simple = all(law.kind in OF_VALUES_AND_RATES for law in laws.laws)

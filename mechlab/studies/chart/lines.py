@@ -1,4 +1,4 @@
-"""The lines of the picture of a chart: color and marker of each method, and labels beside the lines that do not overlap."""
+"""The lines of the picture of a chart: colour and marker of each method, and labels beside the lines that do not overlap."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ OTHERS: dict[str, tuple[str, str]] = {
 
 
 def line_style(name: str) -> dict[str, Any]:
-    """Color, marker and dashes of the line of a method; an engine's defaults are red and dotted."""
+    """Colour, marker and dashes of the line of a method; an engine's defaults are red and dotted."""
     if name.startswith("MuJoCo "):
         color, marker = STYLES.get(name.removeprefix("MuJoCo ").split(",")[0], ("#000000", "o"))
         if "defaults" in name or "as in the file" in name:

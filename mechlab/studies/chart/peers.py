@@ -26,6 +26,7 @@ from mechlab.experiment.recording import Recording, Trace
 from mechlab.lab.accuracy.solve import solve_to
 from mechlab.lab.methods import PEER_METHODS, Method, Problem
 from mechlab.lab.run import run_scene
+from mechlab.progress import silent
 from mechlab.studies.chart.data import DIVERGED, NOT_RUN, OK, ChartPoint, PeerRow, PeerTable
 from mechlab.studies.chart.score import Reference, score
 
@@ -45,21 +46,21 @@ sweep."""
 BISECTIONS = 3
 
 
-def compare(problem: Problem, truth: Reference, progress: Callable[[str], None] = lambda line: None) -> PeerTable:
-    """The comparison of a problem under TARGETS."""
+def compare(problem: Problem, truth: Reference, progress: Callable[[int], None] = silent) -> PeerTable:
+    """The comparison of a problem under TARGETS. progress: called with the number of targets and methods that are done."""
     mine = []
-    for target in TARGETS:
-        progress(f"--max-error {target:g}")
+    for k, target in enumerate(TARGETS):
+        progress(k)
         mine.append(ours(problem, truth, target))
     costly = min(max(FAR * max(x.cpu_s for x in mine), COSTLY[0]), COSTLY[1])
     search = _Search(problem, truth, costly)
     skipped: dict[str, str] = {}
-    for m in PEER_METHODS:
+    for k, m in enumerate(PEER_METHODS):
+        progress(len(TARGETS) + k)
         why = m.available(problem)
         if why:
             skipped[m.name] = why
             continue
-        progress(m.name)
         search.sweep(m)
     rows = tuple(_row(target, x, search) for target, x in zip(TARGETS, mine, strict=True))
     return PeerTable(rows, tuple(search.points), skipped, _versions(), truth.unit, costly, tuple(_cautions(search)))

@@ -23,11 +23,12 @@ from mechlab.experiment.scene import Scene
 from mechlab.integrate import OutOfWork, work_done, work_limit
 from mechlab.lab.design import Design
 from mechlab.lab.fidelity.choose import chosen_scene
-from mechlab.lab.methods import METHODS, TOLERANCES, Method, Problem, steps
+from mechlab.lab.methods import METHODS, PEER_METHODS, TOLERANCES, Method, Problem, steps
 from mechlab.lab.single_run import versions
+from mechlab.progress import silent
 from mechlab.studies.chart.advice import flat_defaults, recommend
 from mechlab.studies.chart.data import DIVERGED, FEWEST, NOT_RUN, OK, PUBLISHED, Chart, ChartPoint
-from mechlab.studies.chart.peers import compare
+from mechlab.studies.chart.peers import TARGETS, compare
 from mechlab.studies.chart.score import Reference, Score, reference_of, score
 
 
@@ -55,7 +56,7 @@ def chart(
     budget: Budget | None = None,
     methods: Sequence[Method] = METHODS,
     peers: bool = False,
-    progress: Callable[[str], None] = lambda line: None,
+    progress: Callable[[int, int], None] = silent,
 ) -> Chart:
     """The chart of a scene. target [m or rad]: the error that the recommendation must meet (default: the scene's).
 
@@ -67,16 +68,17 @@ def chart(
     chosen = design.for_scene(scene)
     made = chosen_scene(chosen, scene, fidelity, duration)
     problem = Problem(chosen, made)
-    progress("reference")
     truth = reference_of(problem)
     points: list[ChartPoint] = []
     skipped: dict[str, str] = {}
-    for m in methods:
+    others_to_do = len(TARGETS) + len(PEER_METHODS) if peers else 0
+    total = len(methods) + others_to_do
+    for k, m in enumerate(methods):
+        progress(k, total)
         why = m.available(problem)
         if why:
             skipped[m.name] = why
             continue
-        progress(m.name)
         values = steps(problem) if m.control == "step" else TOLERANCES
         points += refine(
             m.name,
@@ -90,7 +92,7 @@ def chart(
     aim = made.tolerance if target is None else target
     changed = bool(design.given) or duration is not None
     names = {m.name: m for m in METHODS}
-    others = compare(problem, truth, progress) if peers else None
+    others = compare(problem, truth, lambda done: progress(len(methods) + done, total)) if peers else None
     error, confirmed = _confirm(points, truth, {n for n, m in names.items() if m.engine == "analytic"})
     return Chart(
         design.name, design.entry.title, made.name, made.duration, truth.unit, truth.names, truth.text + confirmed, error,

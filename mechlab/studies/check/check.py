@@ -10,6 +10,7 @@ from typing import Any
 from mechlab.errors import EngineMissing, MechlabError
 from mechlab.experiment.entry import Check, CheckResult, Entry
 from mechlab.lab.design import Design
+from mechlab.progress import counted, silent
 from mechlab.results import Shown
 from mechlab.studies.check.generic_checks import generic_checks
 
@@ -75,18 +76,13 @@ def checks_of(entry: Entry) -> tuple[Check, ...]:
     return (*entry.checks, *generic_checks(entry))
 
 
-def run_checks(designs: Sequence[Design], progress: Callable[[str], None] | None = None) -> CheckReport:
-    """Run every check of the designs: their own, and the generic ones.
+def run_checks(designs: Sequence[Design], progress: Callable[[int, int], None] = silent) -> CheckReport:
+    """Run every check of the designs: their own, and the generic ones. progress: called with (done, total).
 
     A check that raises MechlabError has failed; one that raises EngineMissing counts as not checked.
     """
-    outcomes = []
-    for design in designs:
-        for check in checks_of(design.entry):
-            if progress:
-                progress(f"{design.name} {check.id}: {check.text}")
-            outcomes.append(_run(design, check))
-    return CheckReport(tuple(outcomes))
+    todo = [(design, check) for design in designs for check in checks_of(design.entry)]
+    return CheckReport(tuple(_run(design, check) for design, check in counted(todo, progress)))
 
 
 def _run(design: Design, check: Check) -> CheckOutcome:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from mechlab.experiment.entry import Claim, ClaimResult, Entry, Verdict
 from mechlab.experiment.figure import SourceFigure
 from mechlab.experiment.publication import Publication
+from mechlab.progress import counted, silent
 from mechlab.results import Shown
 from mechlab.studies.check.figures import Drawn, described
 
@@ -53,7 +54,7 @@ class ClaimReport(Shown):
         return {v.value: sum(1 for _, _, f in self.items if f.verdict is v) for v in Verdict}
 
 
-def run_claims(entries: Sequence[Entry]) -> ClaimReport:
-    """Test every claim of the entries anew."""
-    tested = tuple((e.name, c, c.test()) for e in entries for c in e.claims)
+def run_claims(entries: Sequence[Entry], progress: Callable[[int, int], None] = silent) -> ClaimReport:
+    """Test every claim of the entries anew. progress: called with (done, total)."""
+    tested = tuple((name, c, c.test()) for name, c in counted([(e.name, c) for e in entries for c in e.claims], progress))
     return ClaimReport(tested, tuple((e.name, f) for e in entries for f in e.figures))

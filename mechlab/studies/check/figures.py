@@ -23,7 +23,7 @@ ALL = "all"
 """The name that stands for every figure."""
 HEADERS = ("read from the figure", "printed", "ours", "unit")
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#a64d79", "#3b3b3b", "#b58900")
-"""Colors that color-blind people can tell apart."""
+"""Colours that colour-blind people can tell apart."""
 PRINTED, INK, FAINT = "#c1121f", "#1b2330", "#5b6470"
 LOOKS: dict[str, dict[str, Any]] = {
     "solid": {"lw": 1.3}, "thick": {"lw": 2.4}, "thin": {"lw": 0.6}, "dashed": {"lw": 1.3, "ls": (0, (5, 3))},
@@ -32,7 +32,7 @@ LOOKS: dict[str, dict[str, Any]] = {
 WIDTH, HEIGHT, DPI = 10.0, 4.8, 100
 """Size of a picture [inch] with one row of panels, and its pixels per inch: legible on a sheet without a click."""
 FEW_COLORS, MOST_BYTES = (192, 96, 64, 40), 60_000
-"""Colors of a .png: as many as keep it below so many bytes, at least the last number."""
+"""Colours of a .png: as many as keep it below so many bytes, at least the last number."""
 
 
 @dataclass(frozen=True)

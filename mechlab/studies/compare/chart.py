@@ -1,4 +1,4 @@
-"""A chart of a comparison as SVG inside a page: its colors are those of the page, light or dark."""
+"""A chart of a comparison as SVG inside a page: its colours are those of the page, light or dark."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from mechlab.studies.compare.result import Panel
 WIDTH, HEIGHT = 720, 400
 LEFT, RIGHT, TOP, BOTTOM = 62, 12, 10, 44
 COLORS = 12
-"""Colors of the page, --c0 to --c11; every other curve is dashed."""
+"""Colours of the page, --c0 to --c11; every other curve is dashed."""
 
 
 def ticks(low: float, high: float, log: bool) -> list[float]:

@@ -6,7 +6,7 @@ force F on the slow stroke asks for the drive torque F ds/dphi (virtual work, no
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from math import pi
 from typing import Any
@@ -100,7 +100,7 @@ class Ram:
         return u[order], s - s.min(), 2 * pi * sign * self.rate[:-1][order]
 
 
-def quick_returns(entries: Sequence[Entry]) -> Comparison:
+def quick_returns(entries: Iterable[Entry]) -> Comparison:
     """The comparison of all entries with a ram, or a follower that a yoke can take its motion from."""
     rows, speed, force, price, skipped = [], {}, {}, {}, []
     for entry in entries:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -47,7 +47,7 @@ TEXT = (
 )
 
 
-def straight_lines(entries: Sequence[Entry]) -> Comparison:
+def straight_lines(entries: Iterable[Entry]) -> Comparison:
     """The comparison of all entries that have a path with one drive and the point."""
     rows, curves, skipped = [], {}, []
     for entry in entries:

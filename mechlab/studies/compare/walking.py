@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from math import ceil
 
@@ -97,7 +97,7 @@ def _evenness(rate: Array, stands: Flags, feet: int) -> float:
     return float(max(0.0, (views.min(axis=1) / np.maximum(views.mean(axis=1), 1e-300)).max()))
 
 
-def legs(entries: Sequence[Entry]) -> Comparison:
+def legs(entries: Iterable[Entry]) -> Comparison:
     """The comparison of all entries with a foot whose path has one crank."""
     rows, paths, heights, skipped = [], {}, {}, []
     for entry in entries:

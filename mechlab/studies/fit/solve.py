@@ -1,6 +1,6 @@
 """Weighted least squares over runs: residuals, their Jacobian, noise by channel, and the covariance at the end.
 
-Minimised is sum ((measured - predicted) / sigma)^2 with sigma stated, or estimated by channel from the residual in turn with the
+Minimized is sum ((measured - predicted) / sigma)^2 with sigma stated, or estimated by channel from the residual in turn with the
 parameters. J: derivatives of the predictions by unknowns in units of their scale, over sigma. With J = U diag(s) V' the covariance of
 the unknowns is chi^2 / (n - p) V diag(1/s^2) V'. Source: Seber & Wild 2003, chapters 2 and 3.
 """

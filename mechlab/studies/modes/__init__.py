@@ -1,1 +1,1 @@
-"""Equilibrium, linearisation on the constraint manifold, eigenfrequencies, damping and mode shapes, from each engine on its own."""
+"""Equilibrium, linearization on the constraint manifold, eigenfrequencies, damping and mode shapes, from each engine on its own."""

@@ -75,9 +75,9 @@ class Dynamics(Protocol):
 class LinearMotion:
     """y'' + C y' + K y = -g for small y, with displacement = basis y; basis (nv, f) is M-orthonormal, so the mass is 1.
 
-    damping C (f, f), stiffness K (f, f), gradient g (f,). load: largest generalised force [N m or N], at least
+    damping C (f, f), stiffness K (f, f), gradient g (f,). load: largest generalized force [N m or N], at least
     WEIGHT of the weight: what acts on a part balanced on its axis is rounding of its weight; stiffest: largest
-    derivative of a generalised force by a displacement; both set the level of rounding. doubt (f, f): estimated error of the
+    derivative of a generalized force by a displacement; both set the level of rounding. doubt (f, f): estimated error of the
     stiffness.
     """
 

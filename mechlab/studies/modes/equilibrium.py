@@ -18,14 +18,14 @@ from mechlab.mechanism.model import Mechanism
 from mechlab.studies.modes.eigen import Dynamics, LinearMotion, linear
 
 STEPPED = ("held_rates",)
-"""Kinds of laws that hold a rate by bounded forces: they have no stiffness to linearise."""
+"""Kinds of laws that hold a rate by bounded forces: they have no stiffness to linearize."""
 
 
 def laws_at_rest(m: Mechanism, scene: Scene) -> tuple[tuple[Law, ...], tuple[str, ...]]:
-    """The laws of a scene in a form that can be linearised, and sentences on what was changed in them.
+    """The laws of a scene in a form that can be linearized, and sentences on what was changed in them.
 
     Raises NoSolution for a law whose force changes with time (there is then no rest), MechlabError for a law that
-    cannot be linearised.
+    cannot be linearized.
     """
     laws, notes = [], []
     for law in scene.laws:
@@ -119,7 +119,7 @@ def settle(dynamics: Dynamics, q: Array, soft_stay: bool = False) -> Rest:
 
 
 def _unbalanced(dynamics: Dynamics, now: LinearMotion) -> float:
-    """Largest generalised force along the allowed motions [N m or N], each motion scaled to a largest entry of 1."""
+    """Largest generalized force along the allowed motions [N m or N], each motion scaled to a largest entry of 1."""
     if not len(now.gradient):
         return 0.0
     return float(np.max(np.abs(now.gradient) / np.max(np.abs(now.basis), axis=0)))

@@ -1,4 +1,4 @@
-"""The modes of a design, from Pinocchio, from MuJoCo and, with one freedom, from the generalised inertia along its path."""
+"""The modes of a design, from Pinocchio, from MuJoCo and, with one freedom, from the generalized inertia along its path."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ STEP = 1e-3
 
 @dataclass(frozen=True)
 class _Balance:
-    """At phi on the path: inertia J, generalised force Q, stiffness -dQ/dphi, damping -dQ/dphi', tangent u (nv,), q
+    """At phi on the path: inertia J, generalized force Q, stiffness -dQ/dphi, damping -dQ/dphi', tangent u (nv,), q
     (nq,)."""
 
     inertia: float

@@ -1,1 +1,1 @@
-"""The best parameters for a goal, by optimisers of scipy, over any quantity that mechlab computes; fronts of two goals."""
+"""The best parameters for a goal, by optimizers of scipy, over any quantity that mechlab computes; fronts of two goals."""

@@ -1,4 +1,4 @@
-"""An optimisation as data: variables, goal, bounds, every design that was tried; and predefined tasks of mechanisms."""
+"""An optimization as data: variables, goal, bounds, every design that was tried; and predefined tasks of mechanisms."""
 
 from __future__ import annotations
 

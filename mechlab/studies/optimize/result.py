@@ -22,7 +22,7 @@ AGREES = 1e-6
 
 @dataclass(frozen=True, repr=False)
 class Optimum(Shown):
-    """The result of an optimisation. best: None where no design meets the constraints; nearest: then the design that
+    """The result of an optimization. best: None where no design meets the constraints; nearest: then the design that
     violates them least. checks: quantity -> other way to compute it -> value at the best design. front: non-dominated
     designs of the goal and `second`."""
 

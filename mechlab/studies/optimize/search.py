@@ -1,4 +1,4 @@
-"""The search of an optimisation, and the front of two goals; both with constraints.
+"""The search of an optimization, and the front of two goals; both with constraints.
 
 Differential evolution over the whole box (Storn & Price 1997, constraints by the rules of Lampinen 2002), then COBYQA
 from the best design (Ragonneau & Zhang 2023), which takes no derivatives and so allows goals with kinks
@@ -75,7 +75,7 @@ def evolve(
     seed: int,
     starts: Sequence[TriedDesign] = (),
 ) -> None:
-    """Minimise `cost` by differential evolution; the trials are kept in `problem.trials`."""
+    """Minimize `cost` by differential evolution; the trials are kept in `problem.trials`."""
     low, high = problem.box
     size = max(20, MEMBERS * len(low))
 

@@ -1,4 +1,4 @@
-"""The optimisation study: from keys and values to the best design and its checks."""
+"""The optimization study: from keys and values to the best design and its checks."""
 
 from __future__ import annotations
 

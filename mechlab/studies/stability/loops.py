@@ -73,7 +73,7 @@ def plan_mass_ratio(case: StabilityCase) -> StabilityPlan | str:
 
 
 def plan_redundancy(case: StabilityCase) -> StabilityPlan | str:
-    """The map of redundant rows: the timestep against the regularisation of the rows. A text says why there is no
+    """The map of redundant rows: the timestep against the regularization of the rows. A text says why there is no
     map."""
     m = case.mechanism
     redundant = structure(m).redundant if m.is_closed else ()

@@ -1,5 +1,5 @@
 """A stability study as one line, as text (maps of letters, sentences), and as files: the data, and a picture of each map with a panel
-for each method: timestep to the right, outcomes as colors, limits of theory."""
+for each method: timestep to the right, outcomes as colours, limits of theory."""
 
 from __future__ import annotations
 

@@ -64,7 +64,7 @@ class LinearisedScene:
 
 
 def linearise(mechanism: Mechanism, scene: Scene) -> LinearisedScene:
-    """Springs, dampers and servos of a scene, linearised about its initial pose. Gravity and velocity terms are left
+    """Springs, dampers and servos of a scene, linearized about its initial pose. Gravity and velocity terms are left
     out: they do not limit the timestep. Raises as `initial_state`."""
     q, v = initial_state(mechanism, scene)
     tree = TreeKinematics(mechanism, q, v)

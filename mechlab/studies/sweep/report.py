@@ -1,5 +1,5 @@
 """A sweep as one line, as text (ranges of the quantities, reasons of the gaps, files) and as a picture: lines over one axis, a
-color map over two; points without a number are marked as gaps."""
+colour map over two; points without a number are marked as gaps."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Reach and dexterity of a workspace region without a grid: continuous in the parameters, as an optimiser needs."""
+"""Reach and dexterity of a workspace region without a grid: continuous in the parameters, as an optimizer needs."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Findings on the options of a MuJoCo model: Jacobian, autoreset, activations, and whether the integrator can follow the model at
 its timestep. `settings_to_paste` makes the recommended `<option>` and default class of equalities from what was found.
 
-`growing_step`: linearised at rest on the motions z that the equality rows allow, M z'' + D z' + K z = 0 (springs, tendons,
+`growing_step`: linearized at rest on the motions z that the equality rows allow, M z'' + D z' + K z = 0 (springs, tendons,
 position and velocity servos; no weight), a step of the integrator is a matrix; by it no motion may grow that the equations damp.
 """
 

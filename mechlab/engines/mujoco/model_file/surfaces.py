@@ -33,7 +33,7 @@ def is_shown(model: mujoco.MjModel, k: int) -> bool:
 
 
 def geom_color(model: mujoco.MjModel, k: int) -> Color:
-    """Color of a geom: its own, or that of its material."""
+    """Colour of a geom: its own, or that of its material."""
     own = tuple(float(x) for x in model.geom_rgba[k])
     material = int(model.geom_matid[k])
     if material >= 0 and np.allclose(own, UNCOLORED):
