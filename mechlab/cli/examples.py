@@ -45,5 +45,9 @@ EXAMPLES: Mapping[str, tuple[str, str]] = {
         "mechlab workspace delta6 -o maps.npz",
     ),
     "doctor": ("mechlab doctor fourbar.xml", "mechlab doctor fourbar.xml --fix -o cured.xml"),
+    "fit": (
+        "mechlab fit fourbar measured.csv crank=80mm:130mm --scene constant-torque",
+        "mechlab fit fourbar measured.csv --free mass_per_length --scene constant-torque -o fit",
+    ),
     "view": ("mechlab view fourbar --html fourbar.html", "mechlab view run.npz --csv run.csv"),
 }

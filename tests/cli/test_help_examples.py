@@ -7,14 +7,24 @@ import re
 import shlex
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+import mechlab as ml
 from mechlab.cli import main, output
 from mechlab.cli.examples import EXAMPLES
 from mechlab.cli.verbs import VERBS
 
 NEEDS = {"doctor": EXAMPLES["generate"][0], "view": EXAMPLES["simulate"][0]}
 """Verb -> the command that makes the file which its examples read."""
+
+
+def measure() -> None:
+    """measured.csv: a crank angle of the four-bar with the noise of an encoder."""
+    run = ml.simulate("fourbar", scene="constant-torque", crank=0.105, duration=0.4)
+    noise = np.random.default_rng(3).normal(0.0, 1e-3, 41)
+    rows = [f"{t:.3f},{run.at('crank_angle', t) + e:.6f}" for t, e in zip(np.linspace(0.0, 0.4, 41), noise, strict=True)]
+    Path("measured.csv").write_text("\n".join(["t [s],crank_angle [rad]", *rows, ""]))
 
 
 def rows_of_tables(text: str) -> list[str]:
@@ -38,6 +48,8 @@ def test_they_run(verb: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ca
     """And their tables fit a terminal of 80 columns."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(output, "width_of_stdout", lambda: 80)
+    if verb == "fit":
+        measure()
     for command in (*([NEEDS[verb]] if verb in NEEDS else []), *EXAMPLES[verb]):
         assert main(shlex.split(command)[1:]) == 0, (command, capsys.readouterr().err)
         assert not [row for row in rows_of_tables(capsys.readouterr().out) if len(row) > 80], command

@@ -136,9 +136,9 @@ def test_the_other_verbs_pass_their_options_on(api: FakeApi) -> None:
     main(["solve", "delta6", "x=1"])
     assert api.called == ("solve", ("delta6", {"x": 1.0}), {})
     main(["check", "a", "b", "x=1"])
-    assert api.called == ("check", (["a", "b"], {"x": 1.0}), {})
+    assert api.called[:2] == ("check", (["a", "b"], {"x": 1.0})) and api.called[2].keys() == {"progress"}
     main(["claims"])
-    assert api.called == ("claims", ([],), {})
+    assert api.called[:2] == ("claims", ([],)) and api.called[2].keys() == {"progress"}
     main(["list"])
     assert api.called == ("list_entries", (), {})
     main(["view", "run.npz", "--html", "a.html"])
