@@ -48,6 +48,8 @@ def test_the_default_scene_of_the_catalog_moves_as_the_written_file(name, tmp_pa
     between samples: the error of that is of second order in the timestep, and of a run of 50 steps small."""
     d = ml.load(name)
     scene = d.scene(d.default_scene)
+    if d.for_scene(d.default_scene).mechanism(scene.fidelity).curves:
+        pytest.skip("a file holds a curve as its local quartic, and says so: plain MuJoCo leaves it after some degrees")
     constant = all(isinstance(law, Constant) for law in scene.laws)
     step = 2e-4 if scene.settings.engine != "mujoco" else scene.settings.timestep
     duration = 50 * step
@@ -96,9 +98,11 @@ def test_no_scene_of_the_catalog_has_a_drive_that_holds():
         for scene in d.entry.scenes:
             made = d.scene(scene)
             assert not held_drives(made.laws)
-            words = what_acts(d.for_scene(scene).mechanism(made.fidelity), made)
-            assert ("released" in words) == (made.drives == "free")
-            assert made.drives == "hold" or "free" in scene
+            m = d.for_scene(scene).mechanism(made.fidelity)
+            words = what_acts(m, made)
+            holding = any(x.stiffness or x.damping for x in m.drives)  # others have nothing to release
+            assert ("released" in words) == (made.drives == "free" and holding)
+            assert made.drives == "hold" or "free" in scene or not holding
 
 
 STRANGE = """<mujoco model="strange"><default><geom contype="0" conaffinity="0"/></default>
