@@ -369,11 +369,11 @@ def fit(
     return study(base, data, asked, names, scene, fidelity, engine, stated, folder, progress)
 
 
-def synthesize(task: Task, values: Values | None = None, /, **given: Value) -> SynthesisResult:
+def synthesize(task: Task, values: Values | None = None, /, *, progress: Progress = silent, **given: Value) -> SynthesisResult:
     """Dimensions from wanted properties: the solutions of a task, or what is reachable instead. See `mechlab.studies.synthesis`."""
     from mechlab.studies.synthesis import synthesize as study
 
-    return study(task, key_values(values, given), find)
+    return study(task, key_values(values, given), find, progress)
 
 
 def compare(task: Compared, /, *, out: File | None = None, progress: Progress = silent) -> Comparison:

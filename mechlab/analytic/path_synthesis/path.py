@@ -12,7 +12,7 @@ best starts of an atlas (`atlas`), for free timing with several guesses of the c
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,6 +22,7 @@ from mechlab.analytic.path_synthesis.atlas import starts
 from mechlab.analytic.path_synthesis.curves import FOURBAR, SIZES, Array, Complex, points, widest
 from mechlab.analytic.path_synthesis.fit import Fitted, Limits, fit
 from mechlab.errors import MechlabError
+from mechlab.progress import counted, part, silent
 
 TURNS = np.radians([50.0, 90.0, 140.0, 200.0, 270.0, 330.0])
 """Guesses of the crank's turn from the first point to the last, where no timing is prescribed."""
@@ -98,18 +99,18 @@ class PathLinkage:
         return float(np.sum(self.distances**2))
 
 
-def path_fourbars(task: PathTask) -> tuple[PathLinkage, ...]:
+def path_fourbars(task: PathTask, progress: Callable[[int, int], None] = silent) -> tuple[PathLinkage, ...]:
     """Four-bars, the best first: exact ones in the order of their transmission angle, the others in that of their squares; also those with
-    a defect."""
+    a defect. progress hears (done, total)."""
     if task.timed and len(task.targets) == POSITIONS:
         found = [_judged(f, 0, task, 1e-6) for f in _five(task)]
         if any(not f.defect and f.least_transmission_angle >= task.least for f in found):
             return _ordered(found, task)
     first = np.arange(len(task.targets))
     few = np.unique(np.linspace(0, first[-1], SUITED).round().astype(int)) if len(first) > SUITED else first
-    part = replace(task, targets=task.targets[few], timing=None if task.timing is None else task.timing[few])
-    begun = _joined([_begun(part, t) for t in _timings(part)])
-    begun = fit(part.targets, begun, 0.0, FOURBAR, task.timed, task.limits, 30 if task.timed else 12)
+    fewer = replace(task, targets=task.targets[few], timing=None if task.timing is None else task.timing[few])
+    begun = _joined([_begun(fewer, t) for t in counted(list(_timings(fewer)), part(progress, 0, 70))])
+    begun = fit(fewer.targets, begun, 0.0, FOURBAR, task.timed, task.limits, 30 if task.timed else 12)
     begun = _best(begun, task, int(np.clip(2400 // len(first), 16, 2 * KEPT)))
     angles = np.array([np.interp(first, few, a) for a in begun.angles]).reshape(-1, len(first))
     if task.timing is not None:
@@ -119,7 +120,9 @@ def path_fourbars(task: PathTask) -> tuple[PathLinkage, ...]:
     return _ordered([_judged(f, 0, task) for f in _rows(_best(done, task, KEPT))], task)
 
 
-def path_fivebars(task: PathTask, base: Sequence[PathLinkage]) -> tuple[PathLinkage, ...]:
+def path_fivebars(
+    task: PathTask, base: Sequence[PathLinkage], progress: Callable[[int, int], None] = silent
+) -> tuple[PathLinkage, ...]:
     """Geared five-bars that grow from four-bars: from each, a small second crank in four directions, in each of the ratios."""
     chosen = [f for f in base if not f.defect][: int(np.clip(500 // len(task.targets), 2, 8))]
     if not chosen:
@@ -130,7 +133,7 @@ def path_fivebars(task: PathTask, base: Sequence[PathLinkage]) -> tuple[PathLink
     rows[:, 6], rows[:, 7] = small * np.cos(turn), small * np.sin(turn)
     start = Fitted(rows, np.repeat([f.mode for f in chosen], 4), np.repeat([f.angles for f in chosen], 4, axis=0), np.zeros(len(rows)))
     out = list[PathLinkage]()
-    for ratio in RATIOS:
+    for ratio in counted(RATIOS, progress):
         done = fit(task.targets, start, float(ratio), np.arange(SIZES), task.timed, task.limits, 100)
         out += [_judged(f, ratio, task) for f in _rows(_best(done, task, KEPT))]
     return _ordered(out, task)

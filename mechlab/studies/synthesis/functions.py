@@ -48,7 +48,7 @@ def function(given: Given) -> SynthesisResult:
         given.within("transmission_angle_min", "rad", np.radians(30.0), 0.0, np.radians(80.0)), given.within("ratio", "", 10.0, 1.0, 1e4),
     )  # fmt: skip
     ground, limit = given.within("ground", "m", 0.2, 1e-9, 1e9), given.integer("limit", 3, 1, 50)
-    found = function_fourbars(task)
+    found = function_fourbars(task, given.progress)
     left_out = {"branch": sum(f.defect == "branch" for f in found), "transmission_angle": 0, "engine": 0}
     solutions = list[dict[str, Any]]()
     for f in (f for f in found if not f.defect):

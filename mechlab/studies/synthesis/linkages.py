@@ -12,6 +12,7 @@ from mechlab.analytic import burmester
 from mechlab.analytic.path_synthesis.curves import COUPLER, LINK, Array
 from mechlab.analytic.path_synthesis.path import EXACT, PathLinkage, PathTask, path_fivebars, path_fourbars
 from mechlab.mechanism.newton import Status
+from mechlab.progress import counted, part
 from mechlab.studies.synthesis.built import Built, led, rounded
 from mechlab.studies.synthesis.given import Given
 from mechlab.studies.synthesis.result import SynthesisResult, found_rows
@@ -75,16 +76,16 @@ def path(given: Given) -> SynthesisResult:
         given.within("transmission_angle_min", "rad", np.radians(10.0), 0.0, np.radians(80.0)),
     )  # fmt: skip
     limit = given.integer("limit", 3, 1, 50)
-    bars = path_fourbars(task)
+    bars = path_fourbars(task, part(given.progress, 0, 50))
     chosen, left_out = _kept(bars, task)
     exact = bool(chosen) and float(np.max(chosen[0].distances)) < EXACT * extent
     if not exact:
-        gears, more = _kept(path_fivebars(task, bars), task)
+        gears, more = _kept(path_fivebars(task, bars, part(given.progress, 50, 80)), task)
         best = chosen[0].squares if chosen else np.inf
         chosen = [*chosen[:limit], *(g for g in gears if g.squares < 0.99 * best)][: 2 * limit]
         left_out = {k: n + more[k] for k, n in left_out.items()}
     solutions = list[dict[str, Any]]()
-    for f in chosen:
+    for f in counted(chosen, part(given.progress, 80, 100)):
         if len(solutions) == (limit if exact else 2 * limit):
             break
         row = _verified(given, f, task)
