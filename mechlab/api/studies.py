@@ -24,7 +24,7 @@ from mechlab.api.arguments import (
     silent,
 )
 from mechlab.api.finding import Source, design_and_rest, find, load_design, open_source, sweep_command, travelling
-from mechlab.errors import UsageError
+from mechlab.errors import UsageError, explained
 from mechlab.files import whole_folder, write
 from mechlab.values import Range, Value, in_unit, one_number
 
@@ -43,6 +43,7 @@ LISTS = ("numbers", "integers")
 """Kinds of parameters that are lists themselves: a list of values is one of them, and no range."""
 
 
+@explained
 def modes(
     source: Source,
     values: Values | None = None,
@@ -98,6 +99,7 @@ def modes(
     return replace(result, files=files)
 
 
+@explained
 def stability(
     source: Source,
     values: Values | None = None,
@@ -160,6 +162,7 @@ def _method_names(text: str) -> tuple[str, ...]:
     return names
 
 
+@explained
 def sweep(
     source: Source,
     values: Values | None = None,
@@ -227,6 +230,7 @@ def sweep(
     )  # fmt: skip
 
 
+@explained
 def workspace(
     source: Source,
     values: Values | None = None,
@@ -280,6 +284,7 @@ def workspace(
     return result
 
 
+@explained
 def optimize(
     source: Source,
     values: Values | None = None,
@@ -327,6 +332,7 @@ def optimize(
     return study(base, asked, goal, subject, front, evaluations, seed, folder, progress)
 
 
+@explained
 def fit(
     source: Source,
     data: File | Values,
@@ -369,6 +375,7 @@ def fit(
     return study(base, data, asked, names, scene, fidelity, engine, stated, folder, progress)
 
 
+@explained
 def synthesize(task: Task, values: Values | None = None, /, *, progress: Progress = silent, **given: Value) -> SynthesisResult:
     """Dimensions from wanted properties: the solutions of a task, or what is reachable instead. See `mechlab.studies.synthesis`."""
     from mechlab.studies.synthesis import synthesize as study
@@ -376,6 +383,7 @@ def synthesize(task: Task, values: Values | None = None, /, *, progress: Progres
     return study(task, key_values(values, given), find, progress)
 
 
+@explained
 def compare(task: Compared, /, *, out: File | None = None, progress: Progress = silent) -> Comparison:
     """Mechanisms of one purpose beside each other: which straight line is straightest, which quick return cuts most evenly, which leg
     walks most evenly.
