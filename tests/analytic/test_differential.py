@@ -7,8 +7,10 @@ from itertools import product
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.linalg import expm
 
 from mechlab.analytic import differential as closed
+from mechlab.analytic.differential.motion import exponential
 from mechlab.analytic.differential.train import closed_differential_teeth, stage_teeth, sun_shares
 from mechlab.errors import MechlabError
 
@@ -263,3 +265,16 @@ def test_six_planets_that_touch_exactly_fit() -> None:
 def test_equal_ratios_are_refused() -> None:
     with pytest.raises(MechlabError, match="must differ"):
         sun_shares(Fraction(2), Fraction(2))
+
+
+@pytest.mark.parametrize("size", [1e-9, 0.3, 4.0, 60.0])
+def test_the_exponential_is_that_of_scipy(size: float) -> None:
+    """Damped 5 x 5 systems of the kind that is used here, and one that turns."""
+    rng = np.random.default_rng(3)
+    a = np.zeros((5, 5))
+    a[:2, 2:4] = np.eye(2)
+    a[2:4, 2:4] = -size * (np.eye(2) + 0.3 * rng.standard_normal((2, 2)))
+    a[2:4, 4] = rng.standard_normal(2)
+    for x in (a, size * np.array([[0.0, 1.0], [-1.0, 0.0]])):
+        # Squaring k times multiplies the rounding by at most 2^k, which is below 4 times the norm here.
+        np.testing.assert_allclose(exponential(x), expm(x), rtol=0, atol=8e-16 * max(1.0, 4.0 * size) * np.abs(expm(x)).max())
