@@ -105,7 +105,7 @@ def no_gravity() -> Evidence:
 
 
 @LEDGER.claim(
-    "C33", "chapter 4, generalised forces",
+    "C33", "chapter 4, generalized forces",
     "Q_a = M1 dphi1/da + M2 dphi2/da + M3 dphi3/da, and likewise for beta and gamma.", "sum of M dphi",
     holds(when=below(1e-10, "differences")),
     fails("the virtual work of the drives is another"),
@@ -175,10 +175,10 @@ def gain_order() -> Evidence:
 
 @LEDGER.claim(
     "C36", "chapter 4, control law",
-    "The control law minimises the error in position, velocity and acceleration.", "minimal",
+    "The control law minimizes the error in position, velocity and acceleration.", "minimal",
     fails("the error does not go to zero", when=~below(1e-3, "left")),
     holds(when=~above(1.0 + 1e-9, "ratio")),
-    only_if("'minimises' means that the law lets every error go to zero. The source states no quantity that is least; critical damping "
+    only_if("'minimizes' means that the law lets every error go to zero. The source states no quantity that is least; critical damping "
             "with the same gain of position makes the squared error of the three angles {ratio:.2g} times smaller"),
 )  # fmt: skip
 def minimal_error() -> Evidence:
