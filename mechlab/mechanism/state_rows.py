@@ -6,6 +6,7 @@ Offset rows u . (p_b - p_a) and angle rows u . w_b of loops, lengths of rods, li
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -140,7 +141,7 @@ def state_rows(mechanism: Mechanism) -> StateRows:
     return StateRows(mechanism)
 
 
-def _columns(rows: list[tuple[int, ...]], width: int) -> Indices:
+def _columns(rows: Sequence[tuple[int, ...]], width: int) -> Indices:
     return np.array(rows, dtype=int).reshape(-1, width).T
 
 
