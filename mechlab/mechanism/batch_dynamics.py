@@ -17,7 +17,7 @@ from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.small_systems import solve_positive
 from mechlab.mechanism.state_rows import state_rows
 
-BLOCK = 40_000
+BLOCK = 70_000
 """Numbers in the largest array of a block of states: it stays in the processor's cache."""
 SOFTENED = 1e-9
 """Share of its elements that is added to the diagonal of J M^-1 J^T, so that redundant rows leave it regular; the steps of

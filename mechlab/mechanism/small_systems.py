@@ -10,7 +10,7 @@ import numpy as np
 
 from mechlab.mechanism.geometry import Array
 
-SMALL = 10
+SMALL = 5
 """Most unknowns of systems that are eliminated together."""
 TOGETHER = 512
 """Systems that are eliminated together at most: their numbers stay in the processor's cache."""
