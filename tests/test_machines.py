@@ -1,7 +1,7 @@
 """The same questions and runs give the same numbers on another processor.
 
 The other processor is this one with its newer instructions hidden from numpy, OpenBLAS and the C library: sines, sums and
-factorisations then differ in their last bits (`test_the_other_processor_is_another_one` sees that they do).
+factorizations then differ in their last bits (`test_the_other_processor_is_another_one` sees that they do).
 """
 
 import json

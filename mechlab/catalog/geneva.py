@@ -19,7 +19,7 @@ TURN = 2.0 * math.pi
 
 @dataclass(frozen=True)
 class Parameters:
-    """The pin enters and leaves its slot at right angles: crank = center sin(pi / slots)."""
+    """The pin enters and leaves its slot at right angles: `crank = center sin(pi / slots)`."""
 
     slots: int = parameter(6, "", "slots of the wheel", low=3, high=16)
     center: float = parameter(0.1, "m", "distance of the two axes", low=0, strict=True)

@@ -52,5 +52,5 @@ ENTRY = planar_entry(
                 "ruler and compasses"),
     ),
     chain="R + RRR + RRR", formulas="Two dyads RRR.",
-    sources=("Klann, US patent 6260862, 2001", "proportions: boim.com/Walkin8r, an optimised leg"),
+    sources=("Klann, US patent 6260862, 2001", "proportions: boim.com/Walkin8r, an optimized leg"),
 )  # fmt: skip

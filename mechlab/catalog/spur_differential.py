@@ -32,7 +32,7 @@ def build(p: Parameters) -> Mechanism:
 ENTRY = builder_entry(
     "spur_differential", "Parallel-axis differential", "gear-train",
     summary="Spur gears only: planets in pairs between two suns, the cage has the mean of both.",
-    use="Limited-slip differentials (with helical teeth), synchronised hoists.",
+    use="Limited-slip differentials (with helical teeth), synchronized hoists.",
     origin="Vernon Gleasman's Torsen, 1958; type 2 about 1990", parameters=Parameters, build=build,
     path=lambda p: {"cage": (0.0, 2.0), "left": (0.0, 0.5)}, plots=(PlotRecipe("wheels", ("left_rate", "right_rate")),),
     outside=(

@@ -48,7 +48,7 @@ class Curve:
         if self.style not in STYLES:
             raise unknown(f"curve {self.label!r}: style", self.style, STYLES)
         if self.color is not None and not 0 <= self.color < COLORS:
-            raise MechlabError(f"curve {self.label!r}: color must be an index from 0 to {COLORS - 1}, got {self.color}.")
+            raise MechlabError(f"curve {self.label!r}: color: expected an index from 0 to {COLORS - 1}, got {self.color}.")
         x, y = np.shape(self.x), np.shape(self.y)
         if x != y or len(x) not in (1, 2):
             raise MechlabError(f"curve {self.label!r}: x and y must both be (n,) or (lines, n), got {x} and {y}.")

@@ -8,7 +8,7 @@ A loop that opens by more than a thousandth of the smallest link counts as torn 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +21,13 @@ from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.many_states import ManyStates
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.state_rows import state_rows
+from mechlab.mechanism.structure import shared_loads
 
 GAP_LIMIT = 1e-4
+SHARED = (
+    "the rows of {} repeat each other: how they share a load hangs on elasticity and tolerances, of which rigid bodies know nothing; the "
+    "smallest loads are given"
+)
 RESTART_JUMP = 0.5
 """Share of the largest distance from the reference so far: a step back of more than that may be a restart."""
 
@@ -120,6 +125,18 @@ def restart_finding(mechanism: Mechanism, t: Array, q: Array, v: Array) -> Findi
         "ever moves: the engine has restarted itself after a blow-up. Do not trust this run; switch autoreset off"
     )
     return Finding("restart", float(t[k]), float(t[-1]), "s", "error", text)
+
+
+def shared_finding(mechanism: Mechanism, channels: Collection[str]) -> Finding | None:
+    """Finding "shared_loads" (a warning): the loads among the channels that rigid bodies leave undetermined, because the rows of their
+    loops or relations repeat each other; None where every recorded load is determined."""
+    if not any(name.endswith(("_load", "_fx")) for name in channels):
+        return None
+    shared = [n for n in shared_loads(mechanism) if f"{n}_load" in channels or f"{n}_fx" in channels]
+    if not shared:
+        return None
+    text = f"{SHARED.format(', '.join(shared))}; the errors beside them are those of this share"
+    return Finding("shared_loads", float(len(shared)), 0.0, "loads", "warning", text)
 
 
 def row_kinds(mechanism: Mechanism, constraints: ConstraintSet) -> tuple[list[int], list[int], list[int]]:

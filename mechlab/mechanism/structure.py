@@ -255,6 +255,13 @@ def redundancies(mechanism: Mechanism) -> tuple[Redundancy, ...]:
     return repetitions(_generic(mechanism).jacobian, _generic_rows(mechanism)[0], constraints.rows)
 
 
+def shared_loads(mechanism: Mechanism) -> tuple[str, ...]:
+    """Loops, relations and curves with rows that repeat each other: how these share a load, rigid bodies do not say."""
+    repeated = [r for r in redundancies(mechanism) if r.combination]
+    rows = {r.row for r in repeated} | {name for r in repeated for name, _ in r.combination}
+    return tuple(c.name for c in ConstraintSet(mechanism).items if rows.intersection(c.rows))
+
+
 def repetitions(jacobian: Array, independent: Sequence[int], names: Sequence[str]) -> tuple[Redundancy, ...]:
     """The rows of a Jacobian that are not independent, each as the combination of earlier independent ones.
 

@@ -19,7 +19,7 @@ class SplitMesh:
     """A mesh whose vertices carry one normal each.
 
     vertices: (n, 3) [m]; normals: (n, 3), unit; faces: (m, 3) indices; edges: (k, 2) indices of sharp edges and
-    open borders; closed: whether the faces bound a solid, all of them seen from outside counterclockwise.
+    open borders; closed: whether the faces bound a solid, all of them seen from outside counter-clockwise.
     """
 
     vertices: Array

@@ -28,7 +28,7 @@ CASES = {
     "closed form": ("delta6: pose to drives, closed form", (1_000, 10_000, 100_000, 1_000_000)),
     "rollout": (f"pendulum: {SHORT:g} s at 1 ms, mujoco.rollout", (16, 100, 1_000, 10_000)),
     "runs": (f"four-bar: {SHORT:g} s, run by run with health", (1, 10, 100, 1_000)),
-    "portrait": ("transmission: phase portrait of 0.5 s, vectorised RK4 at 1 ms", (100, 1_000, 10_000, 100_000)),
+    "portrait": ("transmission: phase portrait of 0.5 s, vectorized RK4 at 1 ms", (100, 1_000, 10_000, 100_000)),
 }
 
 

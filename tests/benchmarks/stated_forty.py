@@ -153,7 +153,7 @@ def worst_channel(
             continue
         values = truth.channels[name][theirs]
         true = float(np.max(np.abs(run.channels[name][mine] - values)))
-        # accelerations and forces of stabilised rows are known less well
+        # accelerations and forces of stabilized rows are known less well
         state = run.units.get(name) in ("m", "rad", "m/s", "rad/s")
         true -= max(3.0 * off, 1e-8 if state else 1e-6) * max(1.0, float(np.max(np.abs(values))))
         if true > 0.0 and stated / true < worst[1] / max(worst[2], 1e-300):

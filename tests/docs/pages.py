@@ -139,7 +139,7 @@ def _command(line: str) -> str:
 
 @contextlib.contextmanager
 def _inside(folder: Path) -> Iterator[None]:
-    """The folder as working folder and first place to import from; no color, a fixed width."""
+    """The folder as working folder and first place to import from; no colour, a fixed width."""
     old, width, path = Path.cwd(), os.environ.get("COLUMNS"), sys.path[:]
     modules = {*sys.modules}
     os.chdir(folder)

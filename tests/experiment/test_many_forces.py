@@ -34,7 +34,7 @@ def test_forces_and_accelerations_are_those_of_the_laws_one_by_one(name: str, sc
                 wanted[target] = wanted.get(target, 0.0) + force
                 push += force * m.row(target)
         size = 1.0 + max(abs(x) for x in wanted.values())
-        # two factorisations of matrices with condition numbers up to 1e4
+        # two factorizations of matrices with condition numbers up to 1e4
         assert {n: x[k] for n, x in named.items()} == pytest.approx(wanted, abs=1e-10 * size)
         assert {n: x[k] for n, x in again.items()} == pytest.approx(wanted, abs=1e-10 * size)
         slow = plant.accelerations(push)

@@ -1,4 +1,4 @@
-"""Portraits: order of the vectorised integration, files, figures; the verb `sweep --portrait`."""
+"""Portraits: order of the vectorized integration, files, figures; the verb `sweep --portrait`."""
 
 import json
 import math

@@ -32,7 +32,7 @@ def test_a_smooth_motion_takes_the_steps_that_its_error_asks_for(name: str, scen
     assert np.max(np.abs(truth.t[at] - run.t)) < 1e-9
     tracked = [n for n in run.channels if run.units[n] in ("m", "rad", "m/s", "rad/s")]
     for channel in tracked:
-        # Pinocchio's own error at 1e-11, and what stabilisation leaves open, are below 1e-7 here
+        # Pinocchio's own error at 1e-11, and what stabilization leaves open, are below 1e-7 here
         assert np.max(np.abs(run.channels[channel] - truth.channels[channel][at])) <= run.errors[channel] + 1e-7, (
             channel
         )

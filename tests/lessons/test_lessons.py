@@ -58,7 +58,7 @@ def test_is_a_valid_notebook_without_network_or_files(path: Path) -> None:
 
 @pytest.mark.parametrize("path", LESSONS, ids=lambda p: p.stem)
 def test_every_kept_output_can_be_seen(path: Path) -> None:
-    """A reader who runs nothing sees text, a table, or a picture of many colors in place of each output."""
+    """A reader who runs nothing sees text, a table, or a picture of many colours in place of each output."""
     image = pytest.importorskip("PIL.Image")
     for cell in notebooks.read(path)["cells"]:
         for output in cell.get("outputs", []):

@@ -11,7 +11,7 @@ from mechlab.mechanism.structure import sample_poses
 
 
 def banded(n: int, repeated: int) -> np.ndarray:
-    """(n + repeated, n + 50) rows that touch six neighbors each; the last ones repeat sums of others."""
+    """(n + repeated, n + 50) rows that touch six neighbours each; the last ones repeat sums of others."""
     rng = np.random.default_rng(2)
     rows = np.zeros((n, n + 50))
     for k in range(n):

@@ -80,7 +80,7 @@ def test_a_label_says_where_a_method_diverges() -> None:
 
 @pytest.mark.parametrize("seed", range(5))
 def test_labels_stand_apart_and_as_near_as_can_be(seed: int) -> None:
-    """Against a general optimiser of the same least squares."""
+    """Against a general optimizer of the same least squares."""
     rng = np.random.default_rng(seed)
     wanted, gap = rng.beta(0.4, 0.6, 9), 0.07
     placed = np.array(spaced_apart(list(wanted), 0.0, 1.0, gap))

@@ -39,7 +39,7 @@ def test_bad_data_is_refused(make, word: str) -> None:
 
 
 def test_a_picture_shows_curves_and_what_is_printed(tmp_path: Path) -> None:
-    """The text of the SVG: labels, and the colors of curve and printed marks; a mark at (0.5, 0.5) lies on the line x = y."""
+    """The text of the SVG: labels, and the colours of curve and printed marks; a mark at (0.5, 0.5) lies on the line x = y."""
     panel = Panel(
         "one", "x [m]", "y [m]", (Curve(X, X, "ours"), Curve([X, X], [X, 0.5 * X], "two lines", "dashed")),
         (Mark("printed point", 0.5, 0.5), Mark("printed level", y=0.25)), (Note("remark", 0.1, 0.9, (0.5, 0.5)),),

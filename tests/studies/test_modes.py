@@ -251,7 +251,7 @@ def test_the_motion_of_the_modes_stays_closed_and_starts_at_rest(tmp_path: Path)
 
 
 def test_a_wheel_balanced_on_its_axis_rests_anywhere() -> None:
-    """Where the axis goes through the center of mass, the only unbalanced torque is rounding of the weight, about 1e-17 N m."""
+    """Where the axis goes through the centre of mass, the only unbalanced torque is rounding of the weight, about 1e-17 N m."""
     b = Builder("wheel")
     axis = np.array((0.48, 0.6, 0.64))
     inertia = Inertia(0.3, tuple(0.07 * axis), (1e-4, 2e-4, 2.5e-4, 0.0, 0.0, 0.0))

@@ -14,7 +14,7 @@ mimic joints raise or drop                                    P8         formats
 continuous joints have two coordinates                        P9         formats/test_urdf: poses_in_pinocchio
 free joints are placed differently                            P10        engines/pinocchio/test_kinematics: poses_jacobians_velocities_bias
 no Jdot v in joint and tendon equalities                      L-T1       runs: finding distance_loops
-sparse factorisation wrong (issue 3767)                       E2.1       here: refused; formats/test_mjcf_tree: options_and_names
+sparse factorization wrong (issue 3767)                       E2.1       here: refused; formats/test_mjcf_tree: options_and_names
 default softness does not converge                            E2.2 B1    runs: findings settings, loop_open
 default softness loses energy                                 L-T2       runs: finding energy_balance
 first order closes the loop and loses the motion              E2.2 B3    runs: finding step_error
@@ -30,7 +30,7 @@ inertia that breaks the triangle inequality                   B12 L1     here: r
 a joint twice in a tendon                                     E2.4       here: refused
 Pinocchio's MJCF reader keeps the first child, drops gears    E3 X1 X2   here: one base body holds all; gears are own rows
 inconsistent redundancy locks the train                       E4         here: refused
-load sharing decided by regularisation                        E4         engines/mujoco/test_reactions: loads_of_redundant_meshes...
+load sharing decided by regularization                        E4         engines/mujoco/test_reactions: loads_of_redundant_meshes...
 stiff damped tendon across branches under implicitfast        B4         runs: findings energy_balance, step_error
 singular position of the n-four-bar                           B5         runs: findings loop_gap, step_error
 redundant loop of the Bricard                                 B6         here: redundancy named, run agrees with the reference

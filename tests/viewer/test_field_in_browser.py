@@ -1,4 +1,4 @@
-"""The workspace colored by its dexterity, in a real browser against the closed form."""
+"""The workspace coloured by its dexterity, in a real browser against the closed form."""
 
 from __future__ import annotations
 
@@ -57,6 +57,6 @@ def test_the_workspace_is_colored_by_its_dexterity(look: Callable[..., Any], tmp
     assert spot["value"] == pytest.approx(expected, abs=0.05)  # linear over a triangle of 2 cm
     page.locator("#field-select").select_option("reach margin")
     assert "mm" in page.locator("#field .ends").inner_text() or " m" in page.locator("#field .ends").inner_text()
-    page.locator("#field-select").select_option("one color")
+    page.locator("#field-select").select_option("one colour")
     assert page.locator("#field .bar").is_hidden()
     assert page.errors == []

@@ -48,7 +48,7 @@ def in_world(story: Story, k: int) -> np.ndarray:
 
 
 def test_meshes_stand_where_the_engine_has_them(tmp_path: Path) -> None:
-    """The corners of the wedge in the world, by the placement that the file gives; its color is that of the material."""
+    """The corners of the wedge in the world, by the placement that the file gives; its colour is that of the material."""
     story, model, data = told(tmp_path)
     found = [k for k, p in enumerate(story.parts) if p.color == (0.8, 0.1, 0.1, 1.0) or np.allclose(p.color[:3], (0.8, 0.1, 0.1))]
     assert len(found) == 1

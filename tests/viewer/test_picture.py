@@ -60,7 +60,7 @@ def moving_boxes() -> Story:
 def inside(story: Story, body: str, frame: int, toward: tuple[float, float, float], margin: float) -> np.ndarray:
     """(height, width) True where a box lies in the picture of a pinhole camera, grown by `margin` [pixels].
 
-    The eye stands at target + distance x toward; a point at (x, y) across and z towards the eye, from the target, appears at
+    The eye stands at target + distance x `toward`; a point at (x, y) across and z towards the eye, from the target, appears at
     (x, y) / (distance - z) / tan(half the field of view), in halves of the height of the picture. The outline of a convex
     body is the convex hull of its corners.
     """

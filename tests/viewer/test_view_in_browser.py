@@ -111,7 +111,7 @@ def test_a_section_cuts_the_parts_and_what_is_picked(page: Any) -> None:
 
 def test_a_section_shows_where_it_runs_through_material(look: Look, tmp_path: Path) -> None:
     """A box of 0.2 x 0.1 x 0.06 m with a bore of 0.06 x 0.02 m along x, made of four bars: the cut across x has the area of their
-    ends, counted in pixels of the color of cuts."""
+    ends, counted in pixels of the colour of cuts."""
     bars = [(0.1, 0.02, 0.0, 0.02), (0.1, 0.02, 0.0, -0.02), (0.02, 0.02, 0.04, 0.0), (0.02, 0.02, -0.04, 0.0)]
     parts = []
     for k, (y, z, at_y, at_z) in enumerate(bars):

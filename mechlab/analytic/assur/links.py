@@ -143,7 +143,7 @@ def modes_of(linkage: Links, angles: ArrayLike, rates: ArrayLike = 0.0, accels: 
     given, eq, motion = _given(linkage, angles, rates, accels)
     n, loop_count = len(given), eq.free.shape[0]
     right = eq.right - unit(given) @ eq.known.T
-    # dependent z by the columns that a pivoted factorisation takes first
+    # dependent z by the columns that a pivoted factorization takes first
     from scipy.linalg import qr
 
     order = qr(eq.free, mode="r", pivoting=True)[1]
@@ -267,7 +267,7 @@ def positions(linkage: Links, angles: ArrayLike, turns: Real) -> dict[str, Compl
 
 
 def branches(modes: LinkModes) -> np.ndarray:
-    """(n, modes) numbers of the branches through neighboring positions, -1 where there is no mode.
+    """(n, modes) numbers of the branches through neighbouring positions, -1 where there is no mode.
 
     A mode goes on as the one of the same sign of det nearest to its extrapolation; one that finds none within JUMP ends there.
     """

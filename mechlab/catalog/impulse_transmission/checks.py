@@ -259,7 +259,7 @@ CHECKS = (
     Check("I7a", "evaluations of the sticking scene", effort_of_sticking, "specification: below 1e5"),
     Check("I7b", "sticking by the tree and by the closed form", sticking, "each other"),
     Check("I7c", "smoothed friction comes to the sticking solution linearly", smoothed_sticking, "event simulation", slow=True),
-    Check("I11", "portraits of 0.5 s by vectorised RK4", portraits, "DOP853 1e-10"),
+    Check("I11", "portraits of 0.5 s by vectorized RK4", portraits, "DOP853 1e-10"),
     moving_in_fidelities("I12", build, state, FIDELITIES),
     Check("I13", "turning points, orbit, harmonics and first-order system against the motion", closed_forms, "DOP853 1e-12"),
     Check("I14", "cycle with a one-way clutch to the housing: closed form against integration", clutch_to_the_housing, "each other"),

@@ -72,7 +72,7 @@ def coefficient_derivatives() -> Evidence:
 @LEDGER.claim(
     "M3", "Lagrange's equations", "Lagrange's equations are written for i = 1, 2, 3.", "i = 1, 2, 3",
     holds(when=equals("mechanism: degrees of freedom of full", 3)),
-    misprint("i = 1, 2: there are {freedoms} generalised coordinates, alpha and beta"),
+    misprint("i = 1, 2: there are {freedoms} generalized coordinates, alpha and beta"),
 )  # fmt: skip
 def two_coordinates() -> Evidence:
     """Degrees of freedom of the full mechanism."""

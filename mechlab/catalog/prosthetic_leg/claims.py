@@ -69,7 +69,7 @@ def same_formulas() -> Evidence:
 
 
 @LEDGER.claim(
-    "T4", "(40)", "The generalised force of a slide is -C q + sum of m G^T U r: no rest length.", "-C q",
+    "T4", "(40)", "The generalized force of a slide is -C q + sum of m G^T U r: no rest length.", "-C q",
     holds(when=near("equilibrium by (40), m", 1e-2, of="drawn length, m")),
     only_if("q is measured from the unstretched spring; with q the drawn length the force is -C (q - q0), and the leg needs "
             "a damper too: undamped slides ring for ever"),

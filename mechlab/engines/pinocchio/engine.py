@@ -67,7 +67,7 @@ class Pinocchio(Engine):
         if is_rough(mechanism) != bool(friction):
             return "no dry friction" if friction else "dry friction: see the methods that say how they take it"
         if constraints == "stiff" and settings.integrator == "RK4":
-            return "" if mechanism.loops and fits(mechanism, scene.laws) else "no stabilisation to choose"
+            return "" if mechanism.loops and fits(mechanism, scene.laws) else "no stabilization to choose"
         return ""
 
     def price(self, mechanism: Mechanism, laws: tuple[Law, ...]) -> Price:

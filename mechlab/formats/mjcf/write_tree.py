@@ -20,10 +20,10 @@ JOINT_TYPES = {"revolute": "hinge", "prismatic": "slide", "spherical": "ball"}
 LEAST = 2e-15
 """Mass [kg] and moment [kg m2] of a moving body that has none: just above what MuJoCo refuses."""
 SMALLEST_MOMENT = 2e-14
-"""Smallest principal moment [kg m2] of a full tensor: just above what MuJoCo's diagonalisation refuses."""
+"""Smallest principal moment [kg m2] of a full tensor: just above what MuJoCo's diagonalization refuses."""
 NUDGE = 4e-14
 """Relative isotropic addition to a tensor on the edge of what is possible (rods, plates), so that rounding in MuJoCo's
-diagonalisation cannot break the triangle inequality."""
+diagonalization cannot break the triangle inequality."""
 
 MeshFiles = Mapping[Shape, str]
 

@@ -50,7 +50,7 @@ CONSEQUENCES = {
     "mimic": "another tool runs another machine.",
     "fixed_range": "one tool locks the joint, another lets it turn.",
     "joint_kind": "some tools refuse the file.",
-    "spins": "the count of freedoms is larger than that of the mechanism; linearisations and inverse dynamics meet singular motions.",
+    "spins": "the count of freedoms is larger than that of the mechanism; linearizations and inverse dynamics meet singular motions.",
     "mocap_weld": "the weld lags behind what drags it; that is its purpose.",
     "soft_friction": "what should stick creeps, which matters for stick-slip and holding brakes, and for little else.",
     "autoreset": "a blow-up looks like a run.",

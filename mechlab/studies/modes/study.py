@@ -172,7 +172,7 @@ def _engine(witness: str, m: Mechanism, laws: tuple[Law, ...], q: Array, soft_st
     freedoms, here = structure(m).freedoms, found.basis.shape[1]
     if here != freedoms:
         raise Untrustworthy(
-            f"{m.name}: the equilibrium is a singular position: {here} freedoms by linearisation, {freedoms} in truth. Small motions "
+            f"{m.name}: the equilibrium is a singular position: {here} freedoms by linearization, {freedoms} in truth. Small motions "
             "about it are not linear; give another start (X_0=...)."
         )
     return ModesWitness(dynamics.coordinates(rest.x), rest.residual, modes(found, dynamics.rates))

@@ -86,7 +86,7 @@ def plan_redundancy(case: StabilityCase) -> StabilityPlan | str:
         if way.engine == "mujoco":
             return with_softness(way, impedance=1.0 - y)
         if not _takes_mu(case):
-            raise MechlabError("here Pinocchio's rows are solved by least squares: nothing to regularise")
+            raise MechlabError("here Pinocchio's rows are solved by least squares: nothing to regularize")
         return with_softness(way, mu=y)
 
     def theory(shown: tuple[Method, ...]) -> tuple[Theory, ...]:
@@ -105,7 +105,7 @@ def plan_redundancy(case: StabilityCase) -> StabilityPlan | str:
     values = (1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2, 0.5)
     text = f"MuJoCo: 1 - impedance; Pinocchio: mu. Redundant: {', '.join(r.row for r in redundant[:3])}"
     return StabilityPlan(
-        "redundancy", "timestep and regularisation", StabilityAxis("regularisation", "", values, text, 1e-4),
+        "redundancy", "timestep and regularization", StabilityAxis("regularisation", "", values, text, 1e-4),
         lambda y: case.problem(duration=duration), case.methods(*names), steps_of(duration), tune=tune, theory=theory, remark=case.remark,
     )  # fmt: skip
 

@@ -35,7 +35,7 @@ class CameraRig {
     this.fit();
   }
 
-  /** Looks from a place toward another [m]. */
+  /** Looks from a place towards another [m]. */
   look(from, at) {
     const { controls } = this.stage.viewer;
     const { camera } = this.projection;

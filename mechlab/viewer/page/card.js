@@ -46,7 +46,7 @@ function cardRows(reading) {
     rows.push(["velocity", vectorText(linear, "m/s")], ["speed", withUnit(Math.hypot(...linear), "m/s")]);
     rows.push(["turning", withUnit(Math.hypot(...angular), "rad/s") + aboutText(angular)]);
   }
-  if (reading.inertia) rows.push(["mass", withUnit(reading.inertia.mass, "kg")], ["center of mass", `${vectorText(reading.inertia.com, "m")} in the part`]);
+  if (reading.inertia) rows.push(["mass", withUnit(reading.inertia.mass, "kg")], ["centre of mass", `${vectorText(reading.inertia.com, "m")} in the part`]);
   for (const joint of reading.joints) {
     rows.push(["joint", `${joint.name}: ${joint.kind}, on ${joint.parent}`]);
     if (joint.value !== null) rows.push(["\u2003value", withUnit(joint.value, joint.unit)]);

@@ -1,6 +1,6 @@
-// A surface that is colored by a quantity, such as a workspace by its dexterity, with a scale and values under the pointer.
+// A surface that is coloured by a quantity, such as a workspace by its dexterity, with a scale and values under the pointer.
 
-// Cividis (Nunez, Anderton and Renslow 2018): even in brightness, the same for the color-blind.
+// Cividis (Nunez, Anderton and Renslow 2018): even in brightness, the same for the colour-blind.
 const FIELD_COLORS = [[0, 34, 78], [35, 62, 108], [87, 93, 109], [124, 123, 120], [165, 154, 118], [209, 189, 103], [253, 231, 55]];
 
 /** Red, green, blue, 0 to 1, at a share from 0 to 1. */
@@ -20,19 +20,19 @@ class FieldView {
     Object.assign(this.colored, { vertexColors: true, opacity: 0.72 });
     this.colored.color.setRGB(1, 1, 1);
     this.select = make("select", { id: "field-select", onchange: () => this.choose(this.select.value) },
-      ...this.fields.map((f) => make("option", { value: f.name }, f.name)), make("option", { value: "" }, "one color"));
+      ...this.fields.map((f) => make("option", { value: f.name }, f.name)), make("option", { value: "" }, "one colour"));
     const stops = FIELD_COLORS.map((color) => `rgb(${color.join(",")})`).join(", ");
     this.scale = make("div", { class: "bar", role: "img", style: `background: linear-gradient(to right, ${stops})` });
     this.ends = make("div", { class: "ends" }, make("span"), make("span"), make("span"));
     this.text = make("p", { class: "hint" });
-    holder.querySelector("header").after(make("section", { id: "field", "aria-label": "Colors" },
-      make("label", { for: "field-select" }, `Color of the ${story.fields[0].part}: `), this.select, this.scale, this.ends, this.text));
+    holder.querySelector("header").after(make("section", { id: "field", "aria-label": "Colours" },
+      make("label", { for: "field-select" }, `Colour of the ${story.fields[0].part}: `), this.select, this.scale, this.ends, this.text));
     inspector.describers.push((hit) => (hit.mesh === this.mesh && this.chosen ? `${this.chosen.name} ${withUnit(this.valueAt(hit), this.chosen.unit)}` : ""));
     show.add("field", story.fields[0].part, true, (on) => { this.mesh.visible = on; });
     this.choose(this.fields[0].name);
   }
 
-  /** Colors the surface by the field of that name; "" takes the colors away. */
+  /** Colours the surface by the field of that name; "" takes the colours away. */
   choose(name) {
     const field = this.fields.find((f) => f.name === name) || null;
     this.chosen = field;

@@ -57,7 +57,7 @@ class Section {
     this.stage.redraw();
   }
 
-  /** Unit normal toward what is kept. */
+  /** Unit normal towards what is kept. */
   get normal() { return new THREE.Vector3(...AXES[this.axis]).multiplyScalar(this.flipped ? 1 : -1); }
 
   /** Distance [m] of a point from the plane, positive where parts are kept. */

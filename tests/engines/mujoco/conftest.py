@@ -90,7 +90,7 @@ def dense(m: Mechanism, q: np.ndarray, v: np.ndarray, tau: np.ndarray) -> tuple[
 
 
 def motion(m: Mechanism, q0: np.ndarray, v0: np.ndarray, t: float, tau: Callable | None = None) -> tuple:
-    """q and v at time t by DOP853 (rtol 1e-10) on the dense equations, stabilised; joints without quaternions only."""
+    """q and v at time t by DOP853 (rtol 1e-10) on the dense equations, stabilized; joints without quaternions only."""
     c = ConstraintSet(m)
 
     def rhs(time: float, state: np.ndarray) -> np.ndarray:

@@ -15,7 +15,7 @@ from mechlab.mechanism.structure import null_space
 from tests.engines.pinocchio.random_mechanisms import inertia, placement, random_mechanism
 
 PROXIMAL = (1e-12, 1e-8, 20)
-"""As the docstring says; accuracy of constraintDynamics then about 1e-7 of the accelerations, 1e-8 being the regularisation."""
+"""As the docstring says; accuracy of constraintDynamics then about 1e-7 of the accelerations, 1e-8 being the regularization."""
 
 
 def closed_state(m, rng):

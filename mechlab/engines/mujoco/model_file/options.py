@@ -102,7 +102,7 @@ def _sparse(model: mujoco.MjModel, qpos: Array) -> Iterator[Symptom]:
         yield Symptom("sparse_jacobian", "error", f"{text} (MuJoCo issue 3767, version 4.0.0).", paste)
     elif mujoco.mj_versionString() == "4.0.0":
         text = (
-            "the Jacobian is sparse, whose factorisation gives wrong accelerations on some models in MuJoCo 4.0.0 (issue 3767: "
+            "the Jacobian is sparse, whose factorization gives wrong accelerations on some models in MuJoCo 4.0.0 (issue 3767: "
             f"17 of 300 measured); at three poses of this one it is right to {worst:.1g}."
         )
         yield Symptom("sparse_jacobian", "warning", text, paste)

@@ -95,7 +95,7 @@ function stateWords(sketch, built) {
     const meshes = built.model.document.relations.length;
     if (meshes) parts.push(`${count(meshes, "mesh").replace("meshs", "meshes")} of gears.`);
     const gears = sketch.points.filter((p) => p.teeth > 0);
-    if (gears.length > 1 && !meshes) parts.push("No two gears touch: their centers must be half the sum of their teeth times 2.5 mm apart.");
+    if (gears.length > 1 && !meshes) parts.push("No two gears touch: their centres must be half the sum of their teeth times 2.5 mm apart.");
   }
   if (built.loose.length) parts.push(`${built.loose.map((bar) => barName(sketch, bar)).join(", ")} ${built.loose.length === 1 ? "hangs" : "hang"} on no ground pivot yet.`);
   return parts.join(" ");

@@ -16,7 +16,7 @@ function write33(out, a, b, c, d, e, f, g, h, i) {
   return out;
 }
 
-/** Rotation of the quaternion (w, x, y, z) at q[i], which is normalised first. */
+/** Rotation of the quaternion (w, x, y, z) at q[i], which is normalized first. */
 function quaternionMatrix(q, i, out) {
   const w = q[i], x = q[i + 1], y = q[i + 2], z = q[i + 3], s = 2 / (w * w + x * x + y * y + z * z);
   return write33(out, 1 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y), s * (x * y + w * z),
