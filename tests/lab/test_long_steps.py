@@ -156,4 +156,4 @@ def test_two_methods_that_end_far_apart_are_no_answer() -> None:
     error = np.max(np.abs(tracked(problem, truth.names, run.q[at], run.v[at]) - truth.values))
     finding = run.health.finding("max_error")
     assert error > 0.01
-    assert run.exit_code == 3 and "far apart" in finding.sentence and finding.value > error
+    assert run.exit_code == 3 and "another method does not confirm the way" in finding.sentence and finding.value > error
