@@ -5,8 +5,8 @@ error of a channel = sum over the compared runs of factor x largest difference
 
 from __future__ import annotations
 
-import platform
 import math
+import platform
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -131,7 +131,8 @@ def _confirmed(made: Recording, result: Solution) -> Recording:
         "refinement; do not trust this run"
     )
     found = tuple(
-        replace(f, value=math.inf, severity="error", sentence=f"{f.sentence}; {text}") if f.name == "max_error" else f for f in made.health.findings
+        replace(f, value=math.inf, severity="error", sentence=f"{f.sentence}; {text}") if f.name == "max_error" else f
+        for f in made.health.findings
     )
     return replace(made, health=Health(found))
 
