@@ -251,5 +251,9 @@ TABLE = (
         "Four-bar with a coupler point, placed and turned as a synthesis of a path demands."),
     Row("path_fivebar", "Geared path five-bar", "linkage", *PLANAR,
         "Five bars and a pair of gears with a coupler point, placed as a path demands."),
+    Row("path_stephenson", "Path six-bar (Stephenson III)", "linkage", *PLANAR,
+        "Four-bar and a dyad on its coupler, whose link carries a point: curves of more kinds than a four-bar has."),
+    Row("path_watt", "Path six-bar (Watt I)", "linkage", *PLANAR,
+        "Four-bar and a dyad between its coupler and its rocker, whose link carries a point."),
 )  # fmt: skip
 """All mechanisms of the catalog, in the order in which they are listed: those of the sources and benchmarks, then by family."""

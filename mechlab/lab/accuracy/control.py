@@ -131,6 +131,7 @@ def _confirmed(made: Recording, result: Solution) -> Recording:
         "refinement; do not trust this run"
     )
     found = tuple(
+        # what one method says of itself is no bound for the way it took
         replace(f, value=math.inf, severity="error", sentence=f"{f.sentence}; {text}") if f.name == "max_error" else f
         for f in made.health.findings
     )

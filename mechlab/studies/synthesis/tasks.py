@@ -17,7 +17,7 @@ from mechlab.studies.synthesis.segments import dwell, straight_line
 
 TASKS: dict[str, tuple[tuple[str, ...], Callable[[Given], SynthesisResult]]] = {
     "motion": (("x", "y", "angle"), motion),
-    "path": (("x", "y", "angle", "size", "transmission_angle_min", "limit"), path),
+    "path": (("x", "y", "angle", "chain", "size", "transmission_angle_min", "limit"), path),
     "function": (
         ("x", "y", "points", "turn", "turn_out", "first", "first_out", "ratio", "transmission_angle_min", "ground", "limit"),
         function,
