@@ -55,5 +55,5 @@ ENTRY = builder_entry(
     build=build, path=lambda p: {"wheel_z": (0.0, p.bump)}, sliders=("toe",), plots=(PlotRecipe("turns", ("wheel_roll", "wheel_yaw")),),
     outside=tuple(speeds(f"wheel_{n}", "wheel_z", partial(twist, k=k), "Ball 1900: the screw reciprocal to five lines", unit=unit)
                   for k, n, unit in ((1, "y", ""), (3, "roll", "rad/m"), (5, "yaw", "rad/m"))),
-    chain="5 S S", formulas="(b - a) . (v + w x r) = 0 for each rod.", sources=("Matschinsky, Road Vehicle Suspensions, 2000",),
+    released=0.25, chain="5 S S", formulas="(b - a) . (v + w x r) = 0 for each rod.", sources=("Matschinsky, Road Vehicle Suspensions, 2000",),
 )  # fmt: skip
