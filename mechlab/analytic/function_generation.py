@@ -6,7 +6,8 @@ With the pivots a distance 1 apart, input a at the angle f, output c at the angl
 
 which is linear in K1, K2, K3. The angles at which the scales of input and output begin are two more unknowns where they are not given: as
 many precision points as unknowns (three to five) are met exactly, more in the least squares of the output angle and, where the function
-is known between them, so that its largest error is least; what fewer leave open is chosen by the error over the range. A negative a or c is a bar of that length half a turn on.
+is known between them, so that its largest error is least; what fewer leave open is chosen by the error over the range. A negative a or c
+is a bar of that length half a turn on.
 
 The equation, its extension to five unknowns and the spacing are Freudenstein's (Approximate Synthesis of Four-Bar Linkages, Trans. ASME
 77, 1955) and of Hartenberg and Denavit (Kinematic Synthesis of Linkages, 1964); solver and choice among what is left open are our own.
@@ -305,7 +306,7 @@ def _moved(task: FunctionTask) -> list[int]:
 
 def _fourbar(task: FunctionTask, x: Array) -> FunctionFourbar | None:
     """The candidate with bars of positive length, and its errors; None where the bars are out of proportion."""
-    a, b, c, f, g = (float(v) for v in x)
+    a, b, c, f, g = float(x[0]), abs(float(x[1])), *(float(v) for v in x[2:])
     sizes = np.abs([a, b, c, 1.0])
     if not np.all(np.isfinite(x)) or sizes.max() > task.ratio * sizes.min():
         return None

@@ -91,9 +91,9 @@ def test_the_logarithm_is_better_than_that_of_the_catalog_in_the_same_ranges() -
 
 
 def test_the_logarithm_errs_as_little_as_a_four_bar_can() -> None:
-    """y = log10 x for 1 <= x <= 2, 60 by 60 deg: .0037 deg is the largest error that Hartenberg and Denavit, Kinematic Synthesis of Linkages,
-    1964, give for Freudenstein's optimum (the book not at hand: the number is checked by what follows). Five unknowns: the largest error is
-    least where it is reached at six places, in turn above and below (Chebyshev's alternation), here by compasses."""
+    """y = log10 x for 1 <= x <= 2, 60 by 60 deg: .0037 deg is the largest error that Hartenberg and Denavit, Kinematic Synthesis of
+    Linkages, 1964, give for Freudenstein's optimum (the book not at hand: the number is checked by what follows). Five unknowns: the
+    largest error is least where it is reached at six places, in turn above and below (Chebyshev's alternation), here by compasses."""
     task = task_of(np.log10, 1.0, 2.0, 12, math.radians(60.0), math.radians(60.0), least=math.radians(20.0))
     best = function_fourbars(task)[0]
     turned = np.linspace(0.0, task.turn, 1201)
