@@ -18,8 +18,9 @@ from mechlab.experiment.laws import Law
 from mechlab.experiment.recording import Finding, limit_finding
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.many_poses import ManyPoses
+from mechlab.mechanism.many_states import ManyStates
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.state_rows import state_rows
 from mechlab.mechanism.structure import shared_loads
 
 GAP_LIMIT = 1e-4
@@ -52,17 +53,18 @@ def kinematic_findings(
     if not len(q):
         return tuple(out)
     constraints = ConstraintSet(mechanism)
-    residual, jacobian = ManyPoses(mechanism).set(q).residual_and_jacobian()
+    states, rows = ManyStates(mechanism, q), state_rows(mechanism)
+    residual, jacobian = rows.residual(states), rows.jacobian(states)
     offset, angle, relation = row_kinds(mechanism, constraints)
-    for name, rows, unit, what in (
+    for name, kind, unit, what in (
         ("loop_gap", offset, "m", "the loops open by up to"),
         ("loop_angle", angle, "rad", "the loops tilt by up to"),
         ("relation_residual", relation, "rad or m", "the gears and relations slip by up to"),
     ):
-        if rows:
-            worst = _largest(residual[:, rows])
+        if kind:
+            worst = _largest(residual[:, kind])
             bound = limit * (mechanism.length_scale if unit == "m" else 1.0)
-            culprit = constraints.rows[rows[int(np.argmax(np.max(np.abs(residual[:, rows]), axis=0)))]]
+            culprit = constraints.rows[kind[int(np.argmax(np.max(np.abs(residual[:, kind]), axis=0)))]]
             out.append(limit_finding(name, worst, bound, unit, f"{what} (at {culprit})", 0.1 * bound))
     if len(constraints):
         watched = keep_mode or held or [d.on for d in mechanism.drives]

@@ -24,7 +24,7 @@ from mechlab.experiment.laws import ComputedTorque
 from mechlab.experiment.motion import PrescribedMotion, Ramp, Sine
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.kit.path_motion import ClosedMotion, EngineMotion, NotInClosedForm, Path
+from mechlab.kit.path_motion import ClosedMotion, EngineMotion, NotInClosedForm, Path, kept
 from mechlab.kit.planar_build import Style, angle_name
 from mechlab.kit.planar_entry import DRIVEN, FREE, Planar, scale
 from mechlab.mechanism import Builder, Mechanism
@@ -285,6 +285,9 @@ class _Short:
 
     def motions(self, p: Any) -> dict[str, Mapping[str, Array]]:
         """Witness -> its motion along the path."""
+        return kept(self, p, self._motions)
+
+    def _motions(self, p: Any) -> dict[str, Mapping[str, Array]]:
         closed, m = self.motion(p), self.build(p, self.fidelity)
         own: dict[str, Mapping[str, Array]] = {} if closed is None else {"analytic": closed}
         return own | {w: EngineMotion(w, m, self.path(p), self.places(p)) for w in WITNESSES}
@@ -334,8 +337,8 @@ class _Short:
         )
 
     def _poses(self, p: Any) -> CheckResult:
-        m = self.build(p, self.fidelity)
-        return self._compared({w: EngineMotion(w, m, self.path(p), self.places(p)) for w in WITNESSES})
+        motions = self.motions(p)
+        return self._compared({w: motions[w] for w in WITNESSES})
 
     def _by_hand(self, p: Any) -> CheckResult:
         return self._compared(self.motions(p))
