@@ -89,6 +89,7 @@ def fit(
     scene: str | None = None,
     fidelity: str | None = None,
     engine: Engine | None = None,
+    starts: int | None = None,
     out: File | None = None,
     progress: Progress = silent,
     **given: Value,
@@ -106,6 +107,7 @@ def fit(
         scene=S: the scene that was measured; `mechlab show NAME` lists them
         fidelity=F: level of fidelity
         engine=E: who fits; default: the cheapest that agrees with the scene's own
+        starts=N: search from N places in the ranges (default: 1, and 8 where its end is doubtful and all unknowns have ranges)
         out=DIR: folder for fit.json, fit.csv (measured and fitted) and fit.png
     """
     from mechlab.experiment.parameters import describe
@@ -117,7 +119,7 @@ def fit(
     names = [free] if isinstance(free, str) else free
     folder = None if out is None else Path(out)
     stated = None if noise is None else key_values(noise, {})
-    return study(base, data, asked, names, scene, fidelity, engine, stated, folder, progress)
+    return study(base, data, asked, names, scene, fidelity, engine, stated, starts, folder, progress)
 
 
 def synthesize(task: Task, values: Values | None = None, /, **given: Value) -> SynthesisResult:
