@@ -1,15 +1,19 @@
-"""Path synthesis with six-bars against ruler and compasses, and against what four-bars reach at the same points."""
+"""Path and function synthesis with six-bars against ruler and compasses, and against what four-bars reach at the same points."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 
+from mechlab.analytic.function_generation import function_fourbars
 from mechlab.analytic.path_synthesis.path import path_fourbars
 from mechlab.analytic.path_synthesis.sixbar import Sixbar, both_modes
+from mechlab.analytic.path_synthesis.sixbar_function import function_sixbars
 from mechlab.analytic.path_synthesis.sixbar_path import path_sixbars
 from mechlab.analytic.path_synthesis.task import PathLinkage, PathTask
 from mechlab.kit.compass import at, meet
+from tests.analytic.test_function_generation import task_of
 from tests.analytic.test_path_synthesis import LOOP_TARGETS, LOOP_TIMING
 
 ROW = np.array([0.1, -0.2, 0.1, 0.0, 0.4, -0.2, 0.0, 0.0, 0.3, 0.25, 0.12, -0.07, -0.45, -0.48, 0.44, 0.47, 0.1, 0.12])
@@ -86,3 +90,22 @@ def test_points_of_two_branches_are_called_so() -> None:
         if not f.defect:
             np.testing.assert_allclose(np.abs(drawn(f) - mixed), f.distances, atol=1e-9)
             assert f.least_transmission_angle > 0.0
+
+
+@pytest.mark.parametrize(("f", "high", "turn", "out"), [(np.exp, 1.0, 100.0, 100.0), (np.sin, 0.5 * math.pi, 120.0, 60.0)])
+def test_functions_are_generated_ten_times_better_than_by_fourbars(f: Callable, high: float, turn: float, out: float) -> None:
+    """Largest errors over the range by compasses, transmission angles of both of at least 30 deg."""
+    task = task_of(f, 0.0, high, 12, math.radians(turn), math.radians(out), least=math.radians(30.0))
+    best = function_sixbars(task)[0]
+
+    def output(s: float) -> float:
+        a = at(1.0, best.first + s)
+        c = a + best.point * (meet(a, best.coupler, best.ground, best.rocker, best.mode) - a) / best.coupler
+        end = meet(c, best.link, best.pivot, best.output, best.side) - best.pivot
+        return math.atan2(end.imag, end.real) - best.first_out
+
+    turned = np.linspace(0.0, task.turn, 801)
+    errors = [math.remainder(output(s) - w, 2 * math.pi) for s, w in zip(turned, task.wanted(turned), strict=True)]  # type: ignore[misc]
+    assert np.max(np.abs(errors)) == pytest.approx(best.range_error, rel=0.02)
+    fourbar = next(q for q in function_fourbars(task) if not q.defect and q.least_transmission_angle > math.radians(29.9))
+    assert np.max(np.abs(errors)) < 0.1 * fourbar.range_error

@@ -241,6 +241,16 @@ def test_a_function_is_generated_by_an_entry(capsys: pytest.CaptureFixture[str])
     np.testing.assert_allclose(found["precision_points"]["x"], [1.067, 1.5, 1.933], atol=5e-4)
 
 
+def test_a_six_bar_generates_a_function_with_its_scale_where_it_is_wanted(capsys: pytest.CaptureFixture[str]) -> None:
+    given = ("function", "x=0:1", "y=exp(x)", "turn=100deg", "turn_out=100deg", "chain=six-bar", "first_out=20deg", "limit=1")
+    (best,) = document(capsys, 0, *given)["solutions"]
+    turned = np.linspace(0.0, math.radians(100.0), 61)
+    (angle,) = measured(best, (best["parameters"]["first"] + turned).tolist(), "output_angle")
+    wanted = math.radians(100.0) * (np.exp(turned / math.radians(100.0)) - 1.0) / (math.e - 1.0)
+    errors = np.angle(np.exp(1j * (angle - math.radians(20.0) - wanted)))
+    assert np.max(np.abs(errors)) == pytest.approx(best["range_error"], rel=0.03) and best["range_error"] < math.radians(0.01)
+
+
 def test_a_line_and_a_dwell_are_found_as_entries(capsys: pytest.CaptureFixture[str]) -> None:
     (line,) = document(capsys, 0, "straight_line", "length=0.2", "angle=150deg", "limit=1")["solutions"]
     first = line["parameters"]["first"]
@@ -274,6 +284,7 @@ def test_a_line_and_a_dwell_are_found_as_entries(capsys: pytest.CaptureFixture[s
         ("function", {"x": (1, 2, 2), "y": (1, 2, 3)}, "two points have the same input"),
         ("function", {"x": (1, 2, 3), "y": (1, 2, 4), "points": 4}, "points spaces a function"),
         ("function", {"x": Range(1, 2), "y": "x^2", "turn": 0}, "turn: expected an angle that is not 0"),
+        ("function", {"x": Range(0, 1), "y": "exp(x)", "chain": "six-bar", "first": 0, "first_out": 1}, "first or first_out, not both"),
         ("straight_line", {"length": 0}, "length: expected a length above 0"),
         ("straight_line", {}, "length is missing"),
         ("dwell", {}, "angle is missing"),

@@ -24,6 +24,7 @@ from mechlab.mechanism.length_unit import is_length
 from mechlab.mechanism.structure import shared_loads
 from mechlab.results import Result
 from mechlab.studies.cycle.quantities import (
+    TRANSMITTED,
     Extremum,
     ReactionTable,
     extremum,
@@ -160,8 +161,11 @@ class Course:
         m, drive = self.path.mechanism, self.path.coordinate
         poses, q, v, a = self._motion(phis)
         found = {drive: phis} | _motion(m, q, v, a)[0]
-        if self.aim is not None and not set(names) <= set(found):
-            found |= transmission(m, drive, self.aim, poses)[0]
+        if not set(names) <= set(found):
+            if any(n.endswith(TRANSMITTED) for n in names) and self.aim is not None:
+                found |= transmission(m, drive, self.aim, poses)[0]
+            else:
+                found |= reactions(m, drive, self.accel, q, v, self.load).columns
         return found if set(names) <= set(found) else self.sample(phis).columns
 
     def _motion(self, phis: Array) -> tuple[list[PathPoint], Array, Array, Array]:

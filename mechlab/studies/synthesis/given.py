@@ -51,12 +51,12 @@ class Given:
             raise MechlabError(f"synthesize {self.task}: {key}: expected {low:g} to {high:g} {unit}".rstrip() + f", got {value:g}.")
         return value
 
-    def choice(self, key: str, of: tuple[str, ...]) -> str:
-        """One of several words, by default the first."""
-        value = str(self._raw(key, of[0], of[0]))
-        if value not in of:
-            raise self.refuse(key, " or ".join(of))
-        return value
+    def six_bar(self) -> bool:
+        """Whether chain=six-bar is asked for; by default it is four-bar."""
+        chain = self.values.get("chain", "four-bar")
+        if chain not in ("four-bar", "six-bar"):
+            raise self.refuse("chain", "four-bar or six-bar")
+        return bool(chain == "six-bar")
 
     def numbers(self, key: str, unit: str, low: int, high: int) -> list[float]:
         """A list of `low` to `high` finite numbers."""

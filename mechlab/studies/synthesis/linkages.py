@@ -19,7 +19,6 @@ from mechlab.studies.synthesis.built import Built, led, rounded
 from mechlab.studies.synthesis.given import Given
 from mechlab.studies.synthesis.result import SynthesisResult, found_rows
 
-CHAINS = ("four-bar", "six-bar")
 NAMED = {"path_fourbar": "a four-bar", "path_fivebar": "a geared five-bar", "path_stephenson": "a Stephenson six-bar",
          "path_watt": "a Watt six-bar"}  # fmt: skip
 POINTS = 200
@@ -80,7 +79,7 @@ def path(given: Given) -> SynthesisResult:
         targets, timing, given.within("size", "m", 10.0 * extent, 0.1 * extent, 1e6 * extent),
         given.within("transmission_angle_min", "rad", np.radians(10.0), 0.0, np.radians(80.0)),
     )  # fmt: skip
-    limit, six = given.integer("limit", 3, 1, 50), given.choice("chain", CHAINS) == "six-bar"
+    limit, six = given.integer("limit", 3, 1, 50), given.six_bar()
     bars = path_fourbars(task)
     chosen, left_out = _kept(path_sixbars(task, bars) if six else bars, task)
     exact = bool(chosen) and float(np.max(chosen[0].distances)) < EXACT * extent
