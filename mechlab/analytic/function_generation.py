@@ -5,8 +5,9 @@ With the pivots a distance 1 apart, input a at the angle f, output c at the angl
     K1 cos g - K2 cos f + K3 = cos(f - g),    K1 = 1 / a,  K2 = 1 / c,  K3 = (1 - b^2 + a^2 + c^2) / (2 a c)
 
 which is linear in K1, K2, K3. The angles at which the scales of input and output begin are two more unknowns where they are not given: as
-many precision points as unknowns (three to five) are met exactly, more in the least squares of the output angle, and what fewer leave
-open is chosen by the error over the range. A negative a or c is a bar of that length half a turn on.
+many precision points as unknowns (three to five) are met exactly, more in the least squares of the output angle and, where the function
+is known between them, so that its largest error is least; what fewer leave open is chosen by the error over the range. A negative a or c
+is a bar of that length half a turn on.
 
 The equation, its extension to five unknowns and the spacing are Freudenstein's (Approximate Synthesis of Four-Bar Linkages, Trans. ASME
 77, 1955) and of Hartenberg and Denavit (Kinematic Synthesis of Linkages, 1964); solver and choice among what is left open are our own.
@@ -22,6 +23,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares, minimize
 
 from mechlab.analytic import fourbar
+from mechlab.analytic.path_synthesis.minimax import least_largest
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.progress import counted, silent
 
@@ -32,6 +34,8 @@ DENSE = 181
 """Input angles at which the error over the range is taken."""
 REFINED = 12
 """Candidates that are refined."""
+EVENED = 3
+"""Best of the least squares whose largest error over the range is then made least."""
 SAME = 1e-12
 """Largest difference between input and output angle [rad] of a function that is the input itself."""
 EXACT = 1e-9
@@ -108,6 +112,7 @@ def function_fourbars(task: FunctionTask, progress: Callable[[int, int], None] =
     same = _parallelograms(task)
     if len(task.turned) > task.unknowns:
         rows = [_least_squares(task, x) for x in begun]
+        rows += [_evened(task, x) for x in sorted(rows, key=lambda x: float(_worst(task, x[None])[0]))[:EVENED] if task.wanted]
     elif len(task.turned) > 3:
         rows = [y for x in begun if (y := _exact(task, x)) is not None]
     else:
@@ -265,7 +270,7 @@ def _exact(task: FunctionTask, x: Array) -> Array | None:
 
 def _least_squares(task: FunctionTask, x: Array) -> Array:
     """More points than unknowns: the least squares of the output angle."""
-    moved = [0, 1, 2, *(k for k, free in zip((3, 4), task.free, strict=True) if free)]
+    moved = _moved(task)
 
     def gap(z: Array) -> Array:
         row = x.copy()
@@ -279,9 +284,31 @@ def _least_squares(task: FunctionTask, x: Array) -> Array:
     return row
 
 
+def _evened(task: FunctionTask, x: Array) -> Array:
+    """Bars and free beginnings for which the largest error over the range is least, within the transmission angle and the ratio."""
+    moved, turned = _moved(task), task.range
+    wanted = task.wanted(turned) if task.wanted else turned
+
+    def model(z: Array) -> tuple[Array, Array]:
+        rows = np.tile(x, (len(z), 1))
+        rows[:, moved] = z
+        size = np.log(np.abs(np.column_stack([rows[:, :3], np.ones(len(rows))])))
+        even = np.log(task.ratio) - np.ptp(size, axis=1)
+        return _errors(task, rows, turned, wanted), np.column_stack([_transmission(task, rows) - task.least, even])
+
+    row = x.copy()
+    row[moved] = least_largest(model, x[moved])[0]
+    return row
+
+
+def _moved(task: FunctionTask) -> list[int]:
+    """Where the unknowns stand in a candidate."""
+    return [0, 1, 2, *(k for k, free in zip((3, 4), task.free, strict=True) if free)]
+
+
 def _fourbar(task: FunctionTask, x: Array) -> FunctionFourbar | None:
     """The candidate with bars of positive length, and its errors; None where the bars are out of proportion."""
-    a, b, c, f, g = (float(v) for v in x)
+    a, b, c, f, g = float(x[0]), abs(float(x[1])), *(float(v) for v in x[2:])
     sizes = np.abs([a, b, c, 1.0])
     if not np.all(np.isfinite(x)) or sizes.max() > task.ratio * sizes.min():
         return None

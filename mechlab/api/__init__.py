@@ -9,12 +9,13 @@ from __future__ import annotations
 import warnings
 
 from mechlab.api.arguments import Values
+from mechlab.api.designs import compare, fit, optimize, synthesize
 from mechlab.api.diagnoses import audit, cure, doctor
 from mechlab.api.finding import Source, find, load
 from mechlab.api.models import check, claims, edit, generate, generate_catalog, list_entries, run, show
 from mechlab.api.runs import chart, cycle, fidelities, portrait, sensitivity, simulate, solve
 from mechlab.api.sessions import environment, environments, linearize, session
-from mechlab.api.studies import compare, fit, modes, optimize, stability, sweep, synthesize, workspace
+from mechlab.api.studies import modes, stability, sweep, workspace
 from mechlab.api.tracking import track
 from mechlab.api.viewing import draw, explore, gallery, load_recording, page_of_recording, story, studio, view
 from mechlab.results import offer_page

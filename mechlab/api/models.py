@@ -11,7 +11,7 @@ from mechlab.api.arguments import File, Progress, Stages, Values, key_values, si
 from mechlab.api.finding import Source, find_all, load_design
 from mechlab.api.runs import simulate
 from mechlab.api.viewing import story, view
-from mechlab.catalog.table import Motion
+from mechlab.catalog.table import TABLE, Motion
 from mechlab.errors import explained
 from mechlab.files import whole_folder, write
 from mechlab.studies.direct import NAMES as DIRECT_QUESTIONS
@@ -40,7 +40,6 @@ def list_entries(
         search=WORDS: entries that have all these words in name, title, family or sentence
     """
     from mechlab.catalog.listing import TableResult, found_in, moving, one_family
-    from mechlab.catalog.table import TABLE
 
     chosen = found_in(moving(one_family(TABLE, family), freedoms, motion), search)
     rows = tuple((e.name, e.family, f"{e.freedoms} {e.motion}", e.title, e.summary) for e in chosen)
@@ -223,6 +222,8 @@ def claims(
     from mechlab.studies.check.claims import run_claims
     from mechlab.studies.check.figures import ALL, SUFFIXES, make_figures
 
+    if isinstance(sources, Sequence) and not isinstance(sources, str):  # the others need not be loaded for the whole ledger
+        sources = sources or [row.name for row in TABLE if row.claims]
     entries, warnings = find_all(sources), tuple[str, ...]()
     if figure is not None and out is None and Path(figure).suffix.lower() in SUFFIXES:
         with_figures = [e for e in entries if e.figures]

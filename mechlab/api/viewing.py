@@ -306,7 +306,7 @@ def _study_pages(folder: Path, progress: Stages) -> dict[str, str]:
     from typing import get_args
 
     from mechlab.api.arguments import Compared
-    from mechlab.api.studies import compare
+    from mechlab.api.designs import compare
 
     pages = {}
     for kind in get_args(Compared):

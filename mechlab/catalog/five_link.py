@@ -52,7 +52,8 @@ def twist(p: Parameters, k: int) -> float:
 ENTRY = builder_entry(
     "five_link", "Five-link suspension", "suspension", summary="Five rods with balls guide a wheel: camber, toe and track over its travel.",
     use="Rear axles of cars; every direction of the wheel is tuned by one rod.", origin="Mercedes-Benz W201, 1982", parameters=Parameters,
-    build=build, path=lambda p: {"wheel_z": (0.0, p.bump)}, sliders=("toe",), plots=(PlotRecipe("turns", ("wheel_roll", "wheel_yaw")),),
+    build=build, path=lambda p: {"wheel_z": (0.0, p.bump)}, sliders=("toe",), released=0.25,
+    plots=(PlotRecipe("turns", ("wheel_roll", "wheel_yaw")),),
     outside=tuple(speeds(f"wheel_{n}", "wheel_z", partial(twist, k=k), "Ball 1900: the screw reciprocal to five lines", unit=unit)
                   for k, n, unit in ((1, "y", ""), (3, "roll", "rad/m"), (5, "yaw", "rad/m"))),
     chain="5 S S", formulas="(b - a) . (v + w x r) = 0 for each rod.", sources=("Matschinsky, Road Vehicle Suspensions, 2000",),

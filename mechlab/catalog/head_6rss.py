@@ -53,7 +53,7 @@ PATH, SERVOS = to("head", 0.005, -0.004, 0.006, 0.2, -0.15, 0.25), tuple(f"servo
 ENTRY = builder_entry(
     "head_6rss", "Robot head 6-RSS", "parallel-robot", summary="Six servo arms and rods under a head: it nods, tilts, turns and shifts.",
     use="Heads of desktop robots, camera mounts, motion platforms.", origin="after Pierrot's Hexa, 1991; Reachy Mini, 2025",
-    parameters=Parameters, build=build, drives=SERVOS,
+    parameters=Parameters, build=build, drives=SERVOS, released=0.1,
     path=lambda p: PATH, closed=each(servos), plots=(PlotRecipe("servos", SERVOS),), sliders=("height", "spread"),
     outside=ends(servos, PATH, ("servo_1", "servo_4"), "circle of the arm, sphere of the rod"),
     chain="6 R S S", formulas="|elbow - joint| = rod.", sources=("Merlet, Parallel Robots, 2006",),

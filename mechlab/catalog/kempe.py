@@ -38,7 +38,7 @@ ENTRY = planar_entry(
     summary="Double kites as mirror images: a whole bar, not just a point, goes exactly straight along its own line.",
     use="Shows a slide made of pins alone; every point of the second base draws the line.", origin="Alfred Kempe, 1875",
     parameters=Parameters, linkage=linkage, path=lambda p: {"crank_angle": (p.first, p.last)}, width=lambda p: 0.06 * p.bar, timestep=4e-4,
-    links=("base",), points=("V2", "A2", "B", "E"), sliders=("bar",), plots=(PlotRecipe("second base", ("V2_x", "A2_x")),),
+    released=0.15, links=("base",), points=("V2", "A2", "B", "E"), sliders=("bar",), plots=(PlotRecipe("second base", ("V2_x", "A2_x")),),
     outside=(
         # the corner angle at A belongs to both kites, so the angle of V in the large one is that of W in the small one; directions seen
         # from the base: W-B and W-E are inclined alike to both sides, hence B-E is at right angles to the base; its image in the line

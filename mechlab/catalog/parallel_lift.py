@@ -41,7 +41,7 @@ ENTRY = planar_entry(
     use="Tail lifts of lorries, lifts for beds and wheelchairs, front loaders.", origin="tail lifts: Novum, about 1930",
     parameters=Parameters, linkage=linkage, path=lambda p: {"arm_angle": (p.low, p.high)}, width=lambda p: 0.06 * p.arm,
     links=("back",), points=("P", "A"), slides=("cylinder",), sliders=("along", "foot"), servo=(2000.0, 20.0),
-    plots=(PlotRecipe("edge", ("P_x", "P_z")), PlotRecipe("cylinder", ("cylinder_slide",))),
+    released=0.4, plots=(PlotRecipe("edge", ("P_x", "P_z")), PlotRecipe("cylinder", ("cylinder_slide",))),
     outside=(
         always("the platform stays level", "rad", lambda p, m: m["back_angle"], lambda p: 0.5 * math.pi, "parallelogram"),
         value_at("P_z", lambda p: p.arm * math.sin(p.high), "arc of the arms"),

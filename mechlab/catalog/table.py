@@ -14,7 +14,8 @@ Motion = Literal["planar", "spherical", "spatial"]
 @dataclass(frozen=True)
 class Row:
     """One mechanism: the name of its module here, its title, its family, its fidelities and scenes, one sentence on it, the freedoms of
-    its richest fidelity, and whether its bodies move in parallel planes, about a point, or in space."""
+    its richest fidelity, whether its bodies move in parallel planes, about a point, or in space, and whether a source's printed
+    claims on it are in the ledger."""
 
     name: str
     title: str
@@ -24,6 +25,7 @@ class Row:
     summary: str
     freedoms: int = 1
     motion: Motion = "planar"
+    claims: bool = False
 
 
 PLANAR = (("kinematic", "minimal"), ("driven-crank", "free-run"))
@@ -34,7 +36,7 @@ TABLE = (
     Row("fourbar", "Four-bar linkage", "linkage", ("kinematic", "minimal"), ("driven-crank", "free-run", "constant-torque"),
         "Planar four-bar: crank, coupler, rocker; both assembly modes."),
     Row("class4_linkage", "Class IV linkage", "linkage", ("kinematic", "minimal"), ("driven-crank", "free-run", "into-the-fold"),
-        "Planar linkage with an Assur group of class IV: every assembly mode, limit positions, a driven turn."),
+        "Planar linkage with an Assur group of class IV: every assembly mode, limit positions, a driven turn.", claims=True),
     Row("platform_3rrr", "Planar platform 3-RRR", "parallel-robot", ("kinematic", "minimal"), ("driven-cranks", "free-run"),
         "Planar parallel robot (class III): all assembly modes, all working modes.", freedoms=3),
     Row("quick_return", "Quick-return mechanism", "quick-return", *PLANAR,
@@ -50,26 +52,31 @@ TABLE = (
         ("constant-moments", "held-input-dry-load", "housing-drag", "internal-drag", "one-way-stop", "locked-pair",
          "motor-and-viscous-load", "constant-power", "backstop-two-range", "dry-start", "braked-start", "brake-released",
          "torque-converter", "lossless-converter"),
-        "Two carriers joined by two blocks of gears, two freedoms, one input: the gear CVT of the source, on trial.", freedoms=2),
+        "Two carriers joined by two blocks of gears, two freedoms, one input: the gear CVT of the source, on trial.", freedoms=2,
+        claims=True),
     Row("delta6", "6-DOF delta with cardan shafts and bevel head", "parallel-robot", ("kinematic", "minimal", "parts", "full"),
         ("pose-sweep", "head-tracking", "head-tracking-swapped", "gravity-hold", "pure-rotation", "toolpath"),
         "Three linear and three rotary drives; six rods, three of them cardan shafts; gears on moving carriers; a bevel head.",
-        freedoms=9, motion="spatial"),
+        freedoms=9, motion="spatial", claims=True),
     Row("impulse_transmission", "Inertial-impulse transmission", "gear-train", ("minimal", "full"),
         ("fig2", "fig2-swapped", "fig4", "fig4-swapped", "fig5", "fig5-swapped", "fig7", "unidirectional", "sticking",
          "housing-clutch"),
-        "Unbalanced planets on a free carrier between two shafts: impulses turn the output against friction and load.", freedoms=2),
+        "Unbalanced planets on a free carrier between two shafts: impulses turn the output against friction and load.", freedoms=2,
+        claims=True),
     Row("knife_drive", "Knife drive of a three-knife cutter", "press", ("full",), ("driven", "free-run", "cutting"),
         "Two gear linkages on one shaft drive two slider-cranks with knives: in constant mesh, slow in the cut."),
+    Row("knife_clutch", "Knife drive with a clutch", "press", ("full",), ("driven", "free-run", "engagement"),
+        "A clutch takes the knives of a three-knife cutter round once: two freedoms, a jerk and a loss each time that it closes.",
+        freedoms=2),
     Row("gear_linkage", "Three-gear four-bar", "dwell", ("kinematic", "minimal"),
         ("constant-crank", "free-spin", "near-change-point", "knife-drive", "sheet-delivery", "glue-and-cut"),
-        "Gears on the joints of a four-bar: an output that speeds up, dwells or runs back once a turn."),
+        "Gears on the joints of a four-bar: an output that speeds up, dwells or runs back once a turn.", claims=True),
     Row("planetary", "Planetary gear with series planets", "gear-train", ("kinematic", "minimal", "parts", "full"),
         ("constant-torques",),
-        "Sun, two planets in series on each ray, fixed central gear, all meshes external; ratio 1 + z4 / z1."),
+        "Sun, two planets in series on each ray, fixed central gear, all meshes external; ratio 1 + z4 / z1.", claims=True),
     Row("prosthetic_leg", "Above-knee prosthesis with elastic slides", "walking", ("minimal", "parts", "full"),
         ("swing", "stance", "stance-drop"),
-        "Planar leg: hip hitch, split thigh and shin, knee, ankle; equations in transition matrices.", freedoms=9),
+        "Planar leg: hip hitch, split thigh and shin, knee, ankle; equations in transition matrices.", freedoms=9, claims=True),
     Row("pendulum", "Simple pendulum (A01)", "benchmark", ("full",), ("swing",),
         "Benchmark A01: a point mass on a massless rod, released from the horizontal."),
     Row("n_fourbar", "N four-bars (A02)", "benchmark", ("full",), ("fall",),
@@ -247,5 +254,9 @@ TABLE = (
         "Four-bar with a coupler point, placed and turned as a synthesis of a path demands."),
     Row("path_fivebar", "Geared path five-bar", "linkage", *PLANAR,
         "Five bars and a pair of gears with a coupler point, placed as a path demands."),
+    Row("path_stephenson", "Path six-bar (Stephenson III)", "linkage", *PLANAR,
+        "Four-bar and a dyad on its coupler, whose link carries a point: curves of more kinds than a four-bar has."),
+    Row("path_watt", "Path six-bar (Watt I)", "linkage", *PLANAR,
+        "Four-bar and a dyad between its coupler and its rocker, whose link carries a point."),
 )  # fmt: skip
 """All mechanisms of the catalog, in the order in which they are listed: those of the sources and benchmarks, then by family."""

@@ -21,20 +21,26 @@ class Parameters:
     shaft: float = parameter(0.12, "m", "length of the shafts", low=0, strict=True)
 
 
+TILT = 0.5
+"""Of the plane of the shafts, about the driver [rad]."""
+
+
 def build(p: Parameters) -> Mechanism:
     """Driver along x, the follower's housing swings about z. The control yoke, a spherical pantograph, stands as the relation that it
-    makes: its ring turns about the bisector. The common pin of both crosses lies in the ring."""
-    h, half = p.first, 0.5 * p.first
-    out, middle = np.array([math.cos(h), math.sin(h), 0.0]), np.array([math.cos(half), math.sin(half), 0.0])
-    pin, z, r, o = np.array([-math.sin(half), math.cos(half), 0.0]), np.array([0.0, 0.0, 1.0]), 0.25 * p.shaft, np.zeros(3)
+    makes: its ring turns about the bisector. The common pin of both crosses lies in the ring. The plane of the shafts leans by TILT:
+    of the three rows that MuJoCo has for a point, in world axes, that along a pin says nothing where all turns about one centre, and
+    where a pin came to lie in a world axis nothing but rounding was left of it, with a force without limit."""
+    h, half, r, o = p.first, 0.5 * p.first, 0.25 * p.shaft, np.zeros(3)
+    x, y, z = np.array([[1.0, 0.0, 0.0], [0.0, math.cos(TILT), math.sin(TILT)], [0.0, -math.sin(TILT), math.cos(TILT)]])
+    out, middle, pin = (math.cos(a) * x + math.sin(a) * y for a in (h, half, half + 0.5 * math.pi))
     w = InWorld("thompson", 0.06 * p.shaft, (0, 0, 0), "Thompson coupling")
     w.link("driver", revolute("driver_angle", "x"), at=o, to=[(-p.shaft, 0, 0), 1.2 * r * z, -1.2 * r * z])
-    w.link("housing", revolute("bend", "z", zero=h), at=o, to=[1.3 * p.shaft * out])
+    w.link("housing", revolute("bend", z.tolist(), zero=h), at=o, to=[1.3 * p.shaft * out])
     w.link("follower", revolute("follower_angle", out.tolist()), at=o, to=[p.shaft * out, 0.9 * r * z, -0.9 * r * z], parent="housing")
-    w.link("yoke", revolute("yoke_angle", "z", zero=half), at=o, to=[0.5 * r * middle]).relation("pantograph", bend=1, yoke_angle=-2)
+    w.link("yoke", revolute("yoke_angle", z.tolist(), zero=half), at=o, to=[0.5 * r * middle]).relation("pantograph", bend=1, yoke_angle=-2)
     w.link("ring", revolute("ring_angle", middle.tolist()), at=o, to=[1.4 * r * pin, -1.4 * r * pin], parent="yoke")
     for name, parent, size in (("cross_1", "driver", 1.2 * r), ("cross_2", "follower", 0.9 * r)):
-        w.link(name, revolute(f"{name}_angle", "z"), at=o, to=[size * z, -size * z, size * pin, -size * pin], parent=parent)
+        w.link(name, revolute(f"{name}_angle", z.tolist()), at=o, to=[size * z, -size * z, size * pin, -size * pin], parent=parent)
         w.close(f"pin_{name}", name, "ring", o, "revolute", pin)
     return w.drive("driver_angle", stiffness=2.0, damping=0.01).drive("bend", stiffness=2.0, damping=0.01).build()
 

@@ -33,7 +33,7 @@ EXAMPLES: Mapping[str, tuple[str, str]] = {
     ),
     "synthesize": (
         "mechlab synthesize planetary ratio=6 planets=3",
-        "mechlab synthesize motion x=0,.12,.25,.35,.4 y=0,.06,.05,.0,-.1 angle=0,.2,.3,.2,.0",
+        "mechlab synthesize path x=0,.03,.06,.09,.09,.09 y=0,0,0,0,.03,.06 chain=six-bar limit=1",
     ),
     "compare": ("mechlab compare quick-return", "mechlab compare straight-line -o compare.html"),
     "optimize": (

@@ -15,8 +15,9 @@ from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.followed_mode import followed_signs
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
-from mechlab.mechanism.many_poses import ManyPoses
+from mechlab.mechanism.many_states import ManyStates
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.state_rows import state_rows
 from mechlab.mechanism.structure import independent_rows, rows_repeat, structure
 
 MODE_SAMPLES = 200
@@ -76,7 +77,7 @@ class ModeWatch:
         """Index of the first of several poses q (n, nq) for which `changed` is True; None where there is none."""
         if self._modes is None or not len(q):
             return None
-        jacobians = ManyPoses(self.mechanism).set(q).residual_and_jacobian()[1]
+        jacobians = state_rows(self.mechanism).jacobian(ManyStates(self.mechanism, q))
         signs = self._signs(jacobians)
         return self._first_other(np.where(np.isfinite(q).all(axis=1), signs, 0.0))
 
@@ -135,7 +136,7 @@ def mode_signs(mechanism: Mechanism, q: Array, held: Sequence[str]) -> Array:
     0 where the matrix is not square or is singular. As `mechlab.mechanism.mode_sign`, but local freedoms are fixed too, and where
     rows repeat others the sign is followed along each path (`followed_signs`).
     """
-    modes, poses = _Modes(mechanism, held), ManyPoses(mechanism)
+    modes, rows = _Modes(mechanism, held), state_rows(mechanism)
     out = np.zeros(q.shape[:-1])
     if not modes.square:
         return out
@@ -143,7 +144,7 @@ def mode_signs(mechanism: Mechanism, q: Array, held: Sequence[str]) -> Array:
     signs, some = out.reshape(paths.shape[:2]), max(1, MODE_POSES // max(paths.shape[1], 1))
     for i in range(0, len(paths), some):
         part = paths[i : i + some]
-        jacobians = poses.set(part.reshape(-1, q.shape[-1])).residual_and_jacobian()[1]
+        jacobians = rows.jacobian(ManyStates(mechanism, part.reshape(-1, q.shape[-1])))
         if modes.repeats:
             signs[i : i + some] = modes.signs(jacobians.reshape(*part.shape[:2], *jacobians.shape[1:]))
         else:

@@ -13,6 +13,7 @@ from mechlab.experiment.laws import Law, Servo
 from mechlab.experiment.recording import Finding, limit_finding
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.many_poses import ManyPoses
+from mechlab.mechanism.many_states import ManyStates
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Joint, Shaft
 
@@ -28,57 +29,18 @@ CREEP = 1e-7
 
 def kinetic_energy(mechanism: Mechanism, q: Array, v: Array) -> Array:
     """(n,) kinetic energy [J] along q (n, nq), v (n, nv): bodies, armatures and shafts."""
-    q, v = np.atleast_2d(q), np.atleast_2d(v)
-    return _kinetic(ManyPoses(mechanism).set(q), v)
-
-
-def _kinetic(poses: ManyPoses, v: Array) -> Array:
-    mechanism = poses.mechanism
-    diagonal = np.array([j.armature for j in mechanism.joints for _ in range(j.nv)])
-    out = 0.5 * (v**2 @ diagonal)
-    for shaft in mechanism.shafts:
-        out = out + 0.5 * shaft.inertia * (v @ mechanism.row(shaft.name)) ** 2
-    massive, masses, centres = _massive(poses)
-    if not len(massive):
-        return np.asarray(out)
-    linear, angular = (x[:, massive] for x in poses.twists(v))
-    velocity = linear + np.cross(angular, centres)
-    spin = (angular[:, :, None] @ poses.rotations[:, massive])[:, :, 0]
-    tensors = np.array([mechanism.bodies[i].inertia.matrix() for i in massive])
-    turning = ((spin[:, :, None] @ tensors)[:, :, 0] * spin).sum(axis=(1, 2))
-    return np.asarray(out + 0.5 * ((velocity**2).sum(axis=2) @ masses + turning))
-
-
-def _massive(poses: ManyPoses) -> tuple[list[int], Array, Array]:
-    """Indices (k,) of the bodies that have a mass, their masses (k,) and centres (n, k, 3) in the world."""
-    bodies = poses.mechanism.bodies
-    found = [i for i, b in enumerate(bodies) if b.inertia.mass > 0.0]
-    local = np.array([bodies[i].inertia.com for i in found]).reshape(-1, 3, 1)
-    centres = poses.origins[:, found] + (poses.rotations[:, found] @ local)[..., 0]
-    return found, np.array([bodies[i].inertia.mass for i in found]), centres
+    return ManyStates(mechanism, np.atleast_2d(q), np.atleast_2d(v)).kinetic_energy()
 
 
 def potential_energy(mechanism: Mechanism, q: Array) -> Array:
     """(n,) potential energy [J] along q (n, nq): gravity, springs of joints and shafts, springs between points."""
-    return _potential(ManyPoses(mechanism).set(np.atleast_2d(q)))
-
-
-def _potential(poses: ManyPoses) -> Array:
-    mechanism, q = poses.mechanism, poses.q
-    _, masses, centres = _massive(poses)
-    out = np.asarray(-(centres @ np.array(mechanism.gravity)) @ masses)
-    for item in _scalars(mechanism):
-        if item.stiffness:
-            out += 0.5 * item.stiffness * (mechanism.value(item.name, q) - item.spring_rest) ** 2
-    still = np.zeros((len(q), mechanism.nv))
-    for spring in mechanism.springs:
-        out += 0.5 * spring.stiffness * (poses.spring(spring, still)[0] - spring.rest_length) ** 2
-    return out
+    return ManyStates(mechanism, np.atleast_2d(q)).potential_energy()
 
 
 def energy(mechanism: Mechanism, q: Array, v: Array) -> Array:
     """(n,) kinetic + potential + spring energy [J] along q (n, nq), v (n, nv)."""
-    return kinetic_energy(mechanism, q, v) + potential_energy(mechanism, q)
+    states = ManyStates(mechanism, np.atleast_2d(q), np.atleast_2d(v))
+    return states.kinetic_energy() + states.potential_energy()
 
 
 def held_energy(mechanism: Mechanism, laws: Sequence[Law], q: Array, v: Array) -> tuple[Array, Array]:
@@ -150,8 +112,8 @@ def energy_finding(
     stopped (n - 1,): the intervals between samples in which a joint was at an end of its range. A stop can only take
     energy: energy lost in these intervals is accounted for; energy gained there, and any change elsewhere, is not.
     """
-    poses = ManyPoses(mechanism).set(q)
-    kinetic, potential = _kinetic(poses, v), _potential(poses)
+    states = ManyStates(mechanism, q, v)
+    kinetic, potential = states.kinetic_energy(), states.potential_energy()
     stored, storing = held_energy(mechanism, laws, q, v)
     potential, power = potential + stored, power + storing
     if done is not None:

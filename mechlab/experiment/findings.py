@@ -8,7 +8,7 @@ A loop that opens by more than a thousandth of the smallest link counts as torn 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +18,16 @@ from mechlab.experiment.laws import Law
 from mechlab.experiment.recording import Finding, limit_finding
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.many_poses import ManyPoses
+from mechlab.mechanism.many_states import ManyStates
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.state_rows import state_rows
+from mechlab.mechanism.structure import shared_loads
 
 GAP_LIMIT = 1e-4
+SHARED = (
+    "the rows of {} repeat each other: how they share a load hangs on elasticity and tolerances, of which rigid bodies know nothing; the "
+    "smallest loads are given"
+)
 RESTART_JUMP = 0.5
 """Share of the largest distance from the reference so far: a step back of more than that may be a restart."""
 
@@ -47,17 +53,18 @@ def kinematic_findings(
     if not len(q):
         return tuple(out)
     constraints = ConstraintSet(mechanism)
-    residual, jacobian = ManyPoses(mechanism).set(q).residual_and_jacobian()
+    states, rows = ManyStates(mechanism, q), state_rows(mechanism)
+    residual, jacobian = rows.residual(states), rows.jacobian(states)
     offset, angle, relation = row_kinds(mechanism, constraints)
-    for name, rows, unit, what in (
+    for name, kind, unit, what in (
         ("loop_gap", offset, "m", "the loops open by up to"),
         ("loop_angle", angle, "rad", "the loops tilt by up to"),
         ("relation_residual", relation, "rad or m", "the gears and relations slip by up to"),
     ):
-        if rows:
-            worst = _largest(residual[:, rows])
+        if kind:
+            worst = _largest(residual[:, kind])
             bound = limit * (mechanism.length_scale if unit == "m" else 1.0)
-            culprit = constraints.rows[rows[int(np.argmax(np.max(np.abs(residual[:, rows]), axis=0)))]]
+            culprit = constraints.rows[kind[int(np.argmax(np.max(np.abs(residual[:, kind]), axis=0)))]]
             out.append(limit_finding(name, worst, bound, unit, f"{what} (at {culprit})", 0.1 * bound))
     if len(constraints):
         watched = keep_mode or held or [d.on for d in mechanism.drives]
@@ -118,6 +125,18 @@ def restart_finding(mechanism: Mechanism, t: Array, q: Array, v: Array) -> Findi
         "ever moves: the engine has restarted itself after a blow-up. Do not trust this run; switch autoreset off"
     )
     return Finding("restart", float(t[k]), float(t[-1]), "s", "error", text)
+
+
+def shared_finding(mechanism: Mechanism, channels: Collection[str]) -> Finding | None:
+    """Finding "shared_loads" (a warning): the loads among the channels that rigid bodies leave undetermined, because the rows of their
+    loops or relations repeat each other; None where every recorded load is determined."""
+    if not any(name.endswith(("_load", "_fx")) for name in channels):
+        return None
+    shared = [n for n in shared_loads(mechanism) if f"{n}_load" in channels or f"{n}_fx" in channels]
+    if not shared:
+        return None
+    text = f"{SHARED.format(', '.join(shared))}; the errors beside them are those of this share"
+    return Finding("shared_loads", float(len(shared)), 0.0, "loads", "warning", text)
 
 
 def row_kinds(mechanism: Mechanism, constraints: ConstraintSet) -> tuple[list[int], list[int], list[int]]:

@@ -168,9 +168,12 @@ class HeldRates:
     def _holding(self, excess: list[float], response: list[list[float]]) -> list[float]:
         """Forces f of the box-constrained problem: excess + response @ f is complementary to the bounds on f.
 
-        All active sets are tried in turn, as there are few. Plain floats, because this runs at every stage of every
-        step.
+        All active sets are tried in turn, as there are few; for one hold they come to the clipped solution. Plain floats, because this
+        runs at every stage of every step.
         """
+        if len(excess) == 1 and response[0][0] > 0.0:
+            hold = self.holds[0]
+            return [min(max(-excess[0] / response[0][0], hold.low), hold.high)]
         scale = 1e-9 * max(1.0, *(abs(x) for x in excess)) if excess else 0.0
         best, least = [0.0] * len(excess), math.inf
         for state, bounds, inside in self._active_sets:

@@ -8,11 +8,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mechlab.experiment.laws import LawStates
+from mechlab.experiment.laws import ComputedTorque, Law, LawStates
 from mechlab.experiment.recording import Finding
 from mechlab.experiment.scene import Scene, Settings, initial_state
 from mechlab.experiment.tree_plant import TreePlant
@@ -52,7 +52,8 @@ def softness(settings: Settings) -> float:
 def predicted_lags(mechanism: Mechanism, scene: Scene, settings: Settings) -> tuple[Lag, ...]:
     """The lag of every relation in the initial state of a scene, under the largest load of its laws at SAMPLES times.
 
-    Laws that depend on the state are evaluated in the initial state. Empty without relations or with another engine.
+    Laws that depend on the state are evaluated in the initial state; inverse dynamics, which follows its motion, after the beginning
+    without its feedback, as the initial state is no error then. Empty without relations or with another engine.
     """
     if settings.engine != "mujoco" or not mechanism.relations:
         return ()
@@ -67,7 +68,7 @@ def predicted_lags(mechanism: Mechanism, scene: Scene, settings: Settings) -> tu
     for t in np.linspace(0.0, scene.duration, SAMPLES):
         force = -plant.bias()
         plant.t = float(t)
-        for law in scene.laws:
+        for law in scene.laws if t == 0.0 else map(_planned, scene.laws):
             for name, x in law.force(plant.t, plant).items():
                 force = force + x * mechanism.row(name)
         forces.append(force)
@@ -82,6 +83,11 @@ def predicted_lags(mechanism: Mechanism, scene: Scene, settings: Settings) -> tu
         a, f = float(compliance[k, k]), float(largest[k])
         out.append(Lag(relation.name, a, f, soft * a * f))
     return tuple(out)
+
+
+def _planned(law: Law) -> Law:
+    """The law as it acts where its motion is followed."""
+    return replace(law, gains=((0.0, 0.0),) * len(law.gains)) if isinstance(law, ComputedTorque) else law
 
 
 def lag_findings(mechanism: Mechanism, scene: Scene, settings: Settings) -> tuple[Finding, ...]:

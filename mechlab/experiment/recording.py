@@ -18,7 +18,7 @@ from mechlab.errors import MechlabError, explained, unknown
 from mechlab.experiment.scene import Settings
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.length_unit import is_length
-from mechlab.mechanism.many_poses import ManyPoses
+from mechlab.mechanism.many_states import ManyStates
 from mechlab.mechanism.model import Mechanism
 from mechlab.results import Result
 
@@ -284,4 +284,4 @@ def over_samples(forces: Sequence[Mapping[str, float]]) -> dict[str, Array]:
 
 def frame_positions(mechanism: Mechanism, q: Array) -> Array:
     """(n, frames, 3) world positions of the frames along coordinates q (n, nq)."""
-    return ManyPoses(mechanism).set(q).frame_positions()
+    return ManyStates(mechanism, q).frame_positions()

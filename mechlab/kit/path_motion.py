@@ -12,7 +12,10 @@ motion.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from functools import cached_property
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -21,6 +24,7 @@ from mechlab.errors import MechlabError, NoSolution, unknown
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 
+M = TypeVar("M")
 Path = Mapping[str, tuple[float, float]]
 """Joint or shaft -> its value at the beginning and at the end of the path."""
 
@@ -29,6 +33,30 @@ HALVINGS = 4
 """Most halvings of a step between two places."""
 STEP, SIXTH = 1e-3, np.array([-1.0, 9.0, -45.0, 0.0, 45.0, -9.0, 1.0]) / 60.0
 """Step in the time of the path and weights of the difference: for a turn its error is about 1e-13 of the rate, rounding included 1e-12."""
+
+
+_KEPT: ContextVar[list[tuple[object, Any, Any]] | None] = ContextVar("_KEPT", default=None)
+"""The last maker, its argument and what it made, inside `keeping`."""
+
+
+@contextmanager
+def keeping() -> Iterator[None]:
+    """Inside, the motions of one mechanism after the other are computed once for all of its checks."""
+    token = _KEPT.set([])
+    try:
+        yield
+    finally:
+        _KEPT.reset(token)
+
+
+def kept(of: object, p: Any, make: Callable[[Any], M]) -> M:
+    """make(p), or what it made last for the same `of` and p inside `keeping`."""
+    last = _KEPT.get()
+    if last is None:
+        return make(p)
+    if not (last and last[0][0] is of and last[0][1] == p):
+        last[:] = [(of, p, make(p))]
+    return cast(M, last[0][2])
 
 
 class NotInClosedForm(MechlabError):

@@ -48,7 +48,8 @@ class Planar:
     """A planar linkage as an entry. linkage(p): the chain in the assembly modes of the parameters; start(p): crank ->
     angle of the reference pose [rad]; style(p): masses and dimensions; speeds(p): crank -> rate of the driven scene
     [rad/s]. points, links, slides: those that the question answers. finish(p, builder): adds springs and the like before the
-    reference pose is closed. motions(p): crank -> its motion in the driven scene, instead of an even turn. timestep: of that scene [s]."""
+    reference pose is closed. motions(p): crank -> its motion in the driven scene, instead of an even turn. timestep: of that scene [s];
+    released: duration of the free one [s]."""
 
     name: str
     summary: str
@@ -63,6 +64,7 @@ class Planar:
     finish: Callable[[Any, Builder], object] | None = None
     motions: Callable[[Any], dict[str, PrescribedMotion]] | None = None
     timestep: float = DRIVEN.timestep
+    released: float = 2.0
 
     # -- the mechanism -------------------------------------------------------------------------------------------------
 
@@ -164,7 +166,7 @@ class Planar:
                 if laws:
                     settings = replace(DRIVEN, timestep=self.timestep)
                     return Scene(name, fidelity, turn, laws, start, speed, tolerance=1e-5 * grown, settings=settings)
-                return Scene(name, fidelity, 2.0, (), start, speed, tolerance=1e-4 * grown, settings=FREE, drives="free")
+                return Scene(name, fidelity, self.released, (), start, speed, tolerance=1e-4 * grown, settings=FREE, drives="free")
 
             return scene
 

@@ -24,7 +24,7 @@ from mechlab.experiment.laws import ComputedTorque
 from mechlab.experiment.motion import PrescribedMotion, Ramp, Sine
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.kit.path_motion import ClosedMotion, EngineMotion, NotInClosedForm, Path
+from mechlab.kit.path_motion import ClosedMotion, EngineMotion, NotInClosedForm, Path, kept
 from mechlab.kit.planar_build import Style, angle_name
 from mechlab.kit.planar_entry import DRIVEN, FREE, Planar, scale
 from mechlab.mechanism import Builder, Mechanism
@@ -142,6 +142,7 @@ def planar_entry(
     finish: Callable[[Any, Builder], object] | None = None,
     servo: tuple[float, float] = (200.0, 2.0),
     timestep: float = DRIVEN.timestep,
+    released: float = 2.0,
     chain: str = "",
     formulas: str = "",
     sources: tuple[str, ...] = (),
@@ -150,8 +151,8 @@ def planar_entry(
 
     path(p): crank angle -> first and last value [rad]; the reference pose is its beginning. width(p) [m] of the bars. links, points,
     slides: those that the question answers. finish(p, builder) adds springs and the like. servo: stiffness [N m/rad] and damping
-    [N m s/rad] of the drives. timestep: of the driven scene [s]. outside: see `Outside`; the motion of each
-    witness has the names of the engines (points POINT_x, POINT_z).
+    [N m s/rad] of the drives. timestep: of the driven scene [s]; released: duration of the free one [s], short of a flat pose, from which
+    more than one way leads on. outside: see `Outside`; the motion of each witness has the names of the engines (points POINT_x, POINT_z).
     """
 
     def start(p: Any) -> dict[str, float]:
@@ -167,7 +168,7 @@ def planar_entry(
         return {n.removesuffix("_angle"): _at_speed(a, b, p.speed) for n, (a, b) in path(p).items()}
 
     cranks = tuple(linkage(parameters()).inputs)
-    kit = Planar(name, summary, linkage, start, style, speeds, points, cranks, links, slides, finish, motions, timestep)
+    kit = Planar(name, summary, linkage, start, style, speeds, points, cranks, links, slides, finish, motions, timestep, released)
 
     def closed(p: Any) -> ClosedMotion:
         return _closed_motion(kit, p, path(p))
@@ -198,6 +199,7 @@ def builder_entry(
     drives: tuple[str, ...] = (),
     through: Callable[[Any], Sequence[float]] = lambda p: (),
     duration: float = 1.0,
+    released: float = 0.0,
     plots: Sequence[PlotRecipe] = (),
     sliders: tuple[str, ...] = (),
     chain: str = "",
@@ -207,8 +209,9 @@ def builder_entry(
     """An Entry of a mechanism that a Builder makes: spatial loops, trains, parallel robots.
 
     build(p) -> Mechanism. path(p): joint or shaft -> first and last value; it is led along the path within `duration` [s] in the scene
-    driven, by itself or by the given drives (the legs of a platform, whose coordinates the path has). closed(p, given): joints, shafts and
-    points (n,) in closed form from those of the path (n,), where a closed form exists; rates that it does not give follow by differences.
+    driven, by itself or by the given drives (the legs of a platform, whose coordinates the path has). released: duration of the scene
+    free-run [s], by default the same. closed(p, given): joints, shafts and points (n,) in closed form from those of the path (n,), where a
+    closed form exists; rates that it does not give follow by differences.
     through(p): shares of the path, from 0 to 1, that are places too, beside PLACES even ones: where a number from outside is read off.
     """
 
@@ -219,7 +222,7 @@ def builder_entry(
     def by_hand(p: Any) -> ClosedMotion | None:
         return None if closed is None else ClosedMotion.along(path(p), partial(closed, p), short.places(p))
 
-    short = _Short(name, made, "full", path, by_hand, duration, drives, through)
+    short = _Short(name, made, "full", path, by_hand, duration, drives, through, released or duration)
     return Entry(
         name=name, title=title, summary=summary, parameters=parameters, build=made, fidelities={"full": "every part a body"},
         default_fidelity="full", scenes=short.scenes(), default_scene="driven", sliders=sliders, plots=tuple(plots),
@@ -272,6 +275,7 @@ class _Short:
     duration: float = 1.0
     drives: tuple[str, ...] = ()
     through: Callable[[Any], Sequence[float]] = lambda p: ()
+    released: float = 1.0
 
     def places(self, p: Any) -> Array:
         """(n,) shares of the path: PLACES even ones, and those that it must pass through."""
@@ -281,6 +285,9 @@ class _Short:
 
     def motions(self, p: Any) -> dict[str, Mapping[str, Array]]:
         """Witness -> its motion along the path."""
+        return kept(self, p, self._motions)
+
+    def _motions(self, p: Any) -> dict[str, Mapping[str, Array]]:
         closed, m = self.motion(p), self.build(p, self.fidelity)
         own: dict[str, Mapping[str, Array]] = {} if closed is None else {"analytic": closed}
         return own | {w: EngineMotion(w, m, self.path(p), self.places(p)) for w in WITNESSES}
@@ -295,7 +302,8 @@ class _Short:
                 law = ComputedTorque(self.drives or tuple(moves), tuple(moves.items()), (GAINS,) * len(moves))
                 laws, least, how, drives = ((law,), 1e-5, DRIVEN, "hold") if name == "driven" else ((), 1e-4, FREE, "free")
                 tolerance = least * scale(self.build(p, fidelity))
-                return Scene(name, fidelity, t, laws, start, speed, tolerance=tolerance, settings=how, drives=drives)
+                whole = t if laws else self.released
+                return Scene(name, fidelity, whole, laws, start, speed, tolerance=tolerance, settings=how, drives=drives)
 
             return scene
 
@@ -329,8 +337,8 @@ class _Short:
         )
 
     def _poses(self, p: Any) -> CheckResult:
-        m = self.build(p, self.fidelity)
-        return self._compared({w: EngineMotion(w, m, self.path(p), self.places(p)) for w in WITNESSES})
+        motions = self.motions(p)
+        return self._compared({w: motions[w] for w in WITNESSES})
 
     def _by_hand(self, p: Any) -> CheckResult:
         return self._compared(self.motions(p))

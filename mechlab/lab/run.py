@@ -186,6 +186,8 @@ def _refine(once: Callable[[Settings], Recording], settings: Settings, max_error
         fine = once(settings)
         if not fine.health.trusted:
             before, coarse = coarse, fine
+            if any(f.name == "range" and f.severity == "error" for f in fine.health.findings):
+                break  # an engine without stops does not get them by finer steps
             continue
         names = [n for n in fine.mechanism.scalar_names if n in coarse.channels]
         times = np.linspace(0.0, min(coarse.t[-1], fine.t[-1]), 101)

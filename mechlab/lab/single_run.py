@@ -12,6 +12,7 @@ from mechlab.clock import costed, spent_on
 from mechlab.engines.protocol import engine as engine_named
 from mechlab.errors import DISTRIBUTION, MechlabError, unknown
 from mechlab.experiment.acting import what_acts
+from mechlab.experiment.findings import shared_finding
 from mechlab.experiment.parameters import describe
 from mechlab.experiment.recording import Health, Recording
 from mechlab.experiment.scene import PRESETS, Scene, Settings
@@ -139,7 +140,8 @@ def complete(design: Design, recording: Recording, scene: Scene) -> Recording:
     entry = design.entry
     parameters = {i.name: getattr(design.parameters, i.name) for i in describe(entry.parameters)}
     level = recording.fidelity or scene.fidelity
-    health = recording.health + Health(motor_findings(scene, recording))
+    shared = shared_finding(recording.mechanism, recording.channels)
+    health = recording.health + Health(motor_findings(scene, recording) + (() if shared is None else (shared,)))
     full = replace(
         recording, name=entry.name, fidelity=level, parameters=parameters, versions=versions(), health=health,
         acts=recording.acts or what_acts(recording.mechanism, scene),

@@ -1,8 +1,6 @@
 """Accelerations of a mechanism at many states at once: M a + h = force + J^T r, J a = -dJ/dt v, without dry friction.
 
-The mathematics is that of `TreeKinematics`, `ConstraintSet` and `statics.passive_force`, which take one state; here the state is
-the first index. Velocities are screws at the world's origin: a joint with screw S = (s, w) on a link with twist V turns with it,
-dS/dt = V x S (Featherstone 2008, section 2.9).
+The mathematics is that of `TreeKinematics`, `ConstraintSet` and `statics.passive_force`, which take one state; see `ManyStates`.
 """
 
 from __future__ import annotations
@@ -13,15 +11,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mechlab.mechanism.batch_tree import BatchRows, BatchTree, Poses, across, crossed
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.many_states import ManyStates, state_tree
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.parts import Joint, Shaft
+from mechlab.mechanism.small_systems import solve_positive
+from mechlab.mechanism.state_rows import state_rows
 
-BLOCK = 400_000
-"""Numbers in the largest array of a block of states."""
+BLOCK = 70_000
+"""Numbers in the largest array of a block of states: it stays in the processor's cache."""
 SOFTENED = 1e-9
-"""Share of the largest diagonal element that is added to that of J M^-1 J^T, so that redundant rows leave it regular; the steps of
+"""Share of its elements that is added to the diagonal of J M^-1 J^T, so that redundant rows leave it regular; the steps of
 refinement take its effect away again."""
 REFINED = 4
 SOLVED_TO = 1e-9
@@ -50,96 +49,29 @@ class ManyEquations:
 
 
 class BatchDynamics:
-    """The equations of motion of a mechanism whose joints have one coordinate each. Raises ValueError for a spherical joint."""
+    """The equations of motion of a mechanism, whatever its joints."""
 
     def __init__(self, mechanism: Mechanism) -> None:
-        m = self.mechanism = mechanism
-        tree = self.tree = BatchTree(m)
-        self.rows = BatchRows(tree)
-        self.own = np.diag([j.armature for j in m.joints]).reshape(m.nv, m.nv)
-        for s in m.shafts:
-            self.own = self.own + s.inertia * np.outer(m.row(s.name), m.row(s.name))
-        items: list[Joint | Shaft] = [*m.joints, *m.shafts]
-        passive = [x for x in items if x.damping or x.stiffness]
-        self.passive = np.array([m.row(x.name) for x in passive]).reshape(-1, m.nv)
-        self.stiffness, self.damping = (np.array([getattr(x, n) for x in passive]) for n in ("stiffness", "damping"))
-        self.rest = np.array([x.spring_rest - x.zero for x in passive])
-        self.ends = tuple(tree.points([(getattr(s, b), np.array(getattr(s, p))) for s in m.springs])
-                          for b, p in (("body_a", "point_a"), ("body_b", "point_b")))  # fmt: skip
-        self.between = (tree.on[self.ends[1][0]] - tree.on[self.ends[0][0]])[:, None, :]
+        self.mechanism, self.tree, self.rows = mechanism, state_tree(mechanism), state_rows(mechanism)
 
     def accelerations(self, q: Array, v: Array, force: Array) -> Array:
-        """(P, nv) accelerations at q (P, nv), v (P, nv) under the generalized forces (P, nv)."""
+        """(P, nv) accelerations at q (P, nq), v (P, nv) under the generalized forces (P, nv)."""
         found = [self.equations(q[b], v[b]).accelerations(force[b]) for b in self.blocks(len(q))]
-        return np.concatenate(found) if found else np.zeros_like(q)
+        return np.concatenate(found) if found else np.zeros_like(v)
 
     def blocks(self, count: int) -> Iterator[slice]:
         """Parts of `count` states whose equations fit in memory together."""
-        widest = max(6 * len(self.tree.masses), 3 * len(self.rows.a[0]), 1) * max(self.mechanism.nv, 1)
+        widest = max(9 * len(self.tree.masses), 3 * len(self.rows.offset_pairs[0]), 3 * len(self.tree.pairs[0]), 1)
         size = max(1, BLOCK // widest)
         return (slice(k, k + size) for k in range(0, count, size))
 
     def equations(self, q: Array, v: Array) -> ManyEquations:
-        """The equations at q (P, nv), v (P, nv); many states are taken in `blocks`."""
-        tree, poses = self.tree, self.tree.at(q)
-        screws = tree.screws(poses)
-        linear, angular = tree.twists(screws, tree.every, v)
-        s, w = screws
-        turned = (crossed(angular, s) + crossed(linear, w), crossed(angular, w))
-        mass, bias = self._masses(poses, screws, turned, v)
-        push = self._passive(poses, screws, q, v) - bias
+        """The equations at q (P, nq), v (P, nv); many states are taken in `blocks`."""
+        at = ManyStates(self.mechanism, q, v)
+        mass, push = at.masses(), at.passive() - at.bias()
         if not self.rows.count:
             return ManyEquations(mass, push, np.zeros((len(q), 0, v.shape[1])), np.zeros((len(q), 0)))
-        return ManyEquations(mass, push, self.rows.evaluate(q)[1], -self.rows.bias(poses, screws, turned, q, v))
-
-    def _masses(
-        self, poses: Poses, screws: tuple[Array, Array], turned: tuple[Array, Array], v: Array
-    ) -> tuple[Array, Array]:
-        """Mass matrices (P, nv, nv), and forces (P, nv) of velocity and weight."""
-        tree = self.tree
-        links = tree.mass_at[0]
-        centres = tree.positions(poses, tree.mass_at)
-        on = tree.on[links][:, None, None, :]
-        linear, angular = (x.transpose(1, 2, 0) for x in screws)
-        arms = across(centres)
-        moves, turns = (linear - arms @ angular) * on, angular * on
-        turn = poses.frames[links, :, :3, :3]
-        tensors = turn @ tree.tensors @ np.swapaxes(turn, 2, 3)
-        slow, spin = tree.twists(screws, links, v)
-        gain, bend = tree.twists(turned, links, v)
-        speed = slow + crossed(spin, centres)
-        lift = gain + crossed(bend, centres) + crossed(spin, speed) - tree.gravity
-        twist = (tensors @ bend[..., None])[..., 0] + crossed(spin, (tensors @ spin[..., None])[..., 0])
-        weights = tree.masses[:, None, None]
-        count, nv = v.shape
-
-        def flat(x: Array) -> Array:
-            return x.transpose(1, 0, 2, 3).reshape(count, -1, nv)
-
-        mass = np.swapaxes(flat(moves), 1, 2) @ flat(weights[..., None] * moves)
-        mass += np.swapaxes(flat(turns), 1, 2) @ flat(tensors @ turns)
-        bias = ((weights * lift)[:, :, None] @ moves + twist[:, :, None] @ turns)[:, :, 0].sum(axis=0)
-        return mass + self.own, bias
-
-    def _passive(self, poses: Poses, screws: tuple[Array, Array], q: Array, v: Array) -> Array:
-        """(P, nv) forces of springs and dampers."""
-        tree = self.tree
-        pull = (q @ self.passive.T - self.rest) * self.stiffness + (v @ self.passive.T) * self.damping
-        out = -pull @ self.passive
-        if not len(self.mechanism.springs):
-            return np.asarray(out)
-        a, b = (tree.positions(poses, x) for x in self.ends)
-        d = b - a
-        length = np.sqrt(np.sum(d * d, axis=2))
-        linear, angular = (x.transpose(1, 2, 0) for x in screws)
-        along = d / np.maximum(length, 1e-300)[..., None]
-        # d . (velocity of B - of A); the velocity of A may be taken at B, since both points lie on the line d
-        gradient = (along[:, :, None, :] @ (linear - across(b) @ angular))[:, :, 0] * self.between
-        rate = (gradient * v).sum(axis=2)
-        for k, spring in enumerate(self.mechanism.springs):
-            tension = spring.stiffness * (length[k] - spring.rest_length) + spring.damping * rate[k]
-            out -= np.where(length[k] < 1e-12, 0.0, tension)[:, None] * gradient[k]
-        return np.asarray(out)
+        return ManyEquations(mass, push, self.rows.jacobian(at), -self.rows.bias(at))
 
 
 def constrained_accelerations(mass: Array, push: Array, rows: Array, needed: Array) -> Array:
@@ -149,18 +81,21 @@ def constrained_accelerations(mass: Array, push: Array, rows: Array, needed: Arr
     a = np.full_like(push, np.nan)
     bad: NDArray[np.bool_] = np.ones(len(push), dtype=bool)
     try:
-        spread = np.linalg.solve(mass, np.concatenate([across_, push[..., None]], axis=2))
+        spread = solve_positive(mass, np.concatenate([across_, push[..., None]], axis=2))
         free, spread = spread[..., -1], spread[..., :-1]
         small = rows @ spread
-        soft = SOFTENED * np.max(np.abs(small), axis=(1, 2))[:, None, None] * np.eye(small.shape[1])
-        inverse = np.linalg.inv(small + soft)
+        # rows between light bodies would fall below the share that is added, were all not scaled to the same diagonal
+        scale = 1.0 / np.sqrt(np.maximum(np.einsum("kii->ki", small), 1e-300))
+        small = small * scale[:, :, None] * scale[:, None, :]
+        inverse = solve_positive(small + SOFTENED * np.eye(small.shape[1]), np.broadcast_to(np.eye(small.shape[1]), small.shape))
     except np.linalg.LinAlgError:
         pass
     else:
-        missing = needed - (rows @ free[..., None])[..., 0]
+        missing = scale * (needed - (rows @ free[..., None])[..., 0])
         reaction = np.zeros_like(missing)
         for _ in range(REFINED):
             reaction = reaction + (inverse @ (missing - (small @ reaction[..., None])[..., 0])[..., None])[..., 0]
+        reaction = scale * reaction
         a = free + (spread @ reaction[..., None])[..., 0]
         left = np.max(np.abs((rows @ a[..., None])[..., 0] - needed), axis=1)
         forces = (across_ @ reaction[..., None])[..., 0] + push

@@ -8,8 +8,9 @@ from mechlab.mechanism.batch_sparse import smallest_of_closures
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
-from mechlab.mechanism.many_poses import ManyPoses
+from mechlab.mechanism.many_states import ManyStates
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.state_rows import state_rows
 from mechlab.mechanism.structure import generic, null_space, structure
 
 PASS = 0.05
@@ -89,7 +90,7 @@ def _smallest(mechanism: Mechanism, poses: Array) -> Array | None:
     smallest = smallest_of_closures(mechanism, q, poses, best.rank)
     if smallest is None:
         usual = np.linalg.norm(generic_rows, axis=1)
-        jacobians = ManyPoses(mechanism).set(poses).residual_and_jacobian()[1]
+        jacobians = state_rows(mechanism).jacobian(ManyStates(mechanism, poses))
         smallest = _scaled_values(jacobians, usual)[:, best.rank - 1]
     return np.asarray(smallest)
 

@@ -6,7 +6,7 @@ not mislead. Rows are scaled to unit length first, so that metres and radians co
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -19,6 +19,7 @@ from mechlab.mechanism.kinematics import TreeKinematics, integrate
 from mechlab.mechanism.least_norm import LARGE, least_norm
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.newton import newton
+from mechlab.mechanism.redundancy import Redundancy, repetitions
 from mechlab.tables import counted
 
 RANK_TOLERANCE = 1e-9
@@ -33,29 +34,6 @@ NOTHING = 1e-12
 VOID = 1e-14
 """Size of a row, relative to the largest one and to 1, below which it is rounding."""
 FREEDOMS = ("degree of freedom", "degrees of freedom")
-
-
-TERMS = 3
-"""Largest number of rows that a sentence on redundancy names."""
-
-
-@dataclass(frozen=True)
-class Redundancy:
-    """A constraint row that repeats others: row = sum of coefficient x other row (empty: the row is void)."""
-
-    row: str
-    combination: tuple[tuple[str, float], ...]
-
-    @property
-    def sentence(self) -> str:
-        """The statement in words."""
-        if not self.combination:
-            return f"{self.row} is void: no motion can violate it"
-        if len(self.combination) <= TERMS:
-            return f"{self.row} = {' '.join(f'{c:+.6g} {n}' for n, c in self.combination)}"
-        largest = sorted(self.combination, key=lambda term: -float(f"{abs(term[1]):.6g}"))[:TERMS]  # ties in order of the rows
-        rest = len(self.combination) - TERMS
-        return f"{self.row} repeats what {', '.join(n for n, _ in largest)} and {rest} more row{'s' * (rest > 1)} say together"
 
 
 @dataclass(frozen=True)
@@ -255,21 +233,11 @@ def redundancies(mechanism: Mechanism) -> tuple[Redundancy, ...]:
     return repetitions(_generic(mechanism).jacobian, _generic_rows(mechanism)[0], constraints.rows)
 
 
-def repetitions(jacobian: Array, independent: Sequence[int], names: Sequence[str]) -> tuple[Redundancy, ...]:
-    """The rows of a Jacobian that are not independent, each as the combination of earlier independent ones.
-
-    With J_i^T = Q R of the independent rows, row = c J_i gives R c^T = Q^T row^T.
-    """
-    others = np.flatnonzero(~np.isin(np.arange(len(jacobian)), independent))
-    if not len(independent) or not np.any(jacobian[others]):
-        return tuple(Redundancy(names[i], ()) for i in others.tolist())
-    q, r = np.linalg.qr(jacobian[list(independent)].T)
-    earlier = np.array(independent) < others[:, None]
-    shares = np.linalg.solve(r, (jacobian[others] @ q * earlier).T).T  # its LU of a triangle is the triangle; saves importing scipy
-    out = []
-    for i, row in zip(others.tolist(), np.where(np.abs(shares) > 1e-9, shares, 0.0), strict=True):
-        out.append(Redundancy(names[i], tuple((names[independent[k]], float(row[k])) for k in np.flatnonzero(row).tolist())))
-    return tuple(out)
+def shared_loads(mechanism: Mechanism) -> tuple[str, ...]:
+    """Loops, relations and curves with rows that repeat each other: how these share a load, rigid bodies do not say."""
+    repeated = [r for r in redundancies(mechanism) if r.combination]
+    rows = {r.row for r in repeated} | {name for r in repeated for name, _ in r.combination}
+    return tuple(c.name for c in ConstraintSet(mechanism).items if rows.intersection(c.rows))
 
 
 def _idle_blocks(mechanism: Mechanism, jacobian: Array) -> list[tuple[str, list[int], Array]]:

@@ -34,10 +34,11 @@ def _plain(value: float) -> str:
     return number(0.0 if abs(value) < 1e-9 else value, 9)
 
 
-def outside_numbers(entry: Entry) -> list[OutsideNumber]:
-    """The numbers from outside of an entry with default parameters, measured by all its witnesses."""
-    p, checks = entry.parameters(), {c.text: c for c in entry.checks}
-    return [OutsideNumber(o, checks[o.text].run(p)) for o in entry.outside]
+def first_from_outside(entry: Entry) -> OutsideNumber | None:
+    """The first number from outside of an entry with default parameters, measured by all its witnesses; None where it has none."""
+    for o in entry.outside:
+        return OutsideNumber(o, {c.text: c for c in entry.checks}[o.text].run(entry.parameters()))
+    return None
 
 
 def catalog_table(entries: Sequence[Entry]) -> str:
@@ -47,8 +48,8 @@ def catalog_table(entries: Sequence[Entry]) -> str:
         level = list(entry.fidelities)[-1]
         freedoms = str(structure(entry.build(entry.parameters(), level)).freedoms)
         name = f"[{entry.name}]({entry.name}/README.md)"
-        found = outside_numbers(entry)[:1]
-        rows.append((name, entry.family, freedoms, *(found[0].row if found else ("see its checks and claims", "", "", "", "", ""))))
+        found = first_from_outside(entry)
+        rows.append((name, entry.family, freedoms, *(found.row if found else ("see its checks and claims", "", "", "", "", ""))))
     head = ["# The mechanisms", "", "![All mechanisms](gallery.png)", ""]
     text = (
         "Made by `mechlab generate --catalog -o models`. Each folder holds MJCF, URDF, JSON, geometry and a sheet. A number from outside "

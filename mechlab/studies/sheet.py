@@ -11,7 +11,7 @@ from mechlab.studies.check.check import CheckReport
 from mechlab.studies.check.claims import ClaimReport
 from mechlab.studies.check.figures import HEADERS as READ
 from mechlab.studies.check.figures import Drawn
-from mechlab.studies.outside import HEADERS, outside_numbers
+from mechlab.studies.outside import HEADERS, OutsideNumber
 from mechlab.tables import markdown, number
 
 CHARTED = ("andrews", "bricard", "flyball", "fourbar", "n_fourbar")
@@ -62,7 +62,9 @@ def model_sheet(design: Design, checks: CheckReport, claims: ClaimReport, figure
         lines += ["## Speed against accuracy", "", f"![What each method costs and how wrong it is]({drawn})", ""]
         lines += [f"Made by `mechlab chart {entry.name} -o assets/chart_{entry.name}.svg`.", ""]
     if entry.outside:
-        lines += ["## Numbers from outside", "", markdown(HEADERS, [x.row for x in outside_numbers(entry)]), ""]
+        measured = {o.check.text: o.measured for o in checks.outcomes}
+        numbers = [OutsideNumber(x, made) for x in entry.outside if (made := measured[x.text]) is not None]
+        lines += ["## Numbers from outside", "", markdown(HEADERS, [x.row for x in numbers]), ""]
     outcome = []
     for o in checks.outcomes:
         witnesses = ", ".join(o.measured.values) if o.measured else "-"

@@ -90,6 +90,22 @@ def test_the_logarithm_is_better_than_that_of_the_catalog_in_the_same_ranges() -
     assert errors[1] < 0.5 * errors[0] and errors[2] < errors[1], errors
 
 
+def test_the_logarithm_errs_as_little_as_a_four_bar_can() -> None:
+    """y = log10 x for 1 <= x <= 2, 60 by 60 deg: .0037 deg is the largest error that Hartenberg and Denavit, Kinematic Synthesis of
+    Linkages, 1964, give for Freudenstein's optimum (the book not at hand: the number is checked by what follows). Five unknowns: the
+    largest error is least where it is reached at six places, in turn above and below (Chebyshev's alternation), here by compasses."""
+    task = task_of(np.log10, 1.0, 2.0, 12, math.radians(60.0), math.radians(60.0), least=math.radians(20.0))
+    best = function_fourbars(task)[0]
+    turned = np.linspace(0.0, task.turn, 1201)
+    wanted = task.wanted(turned)  # type: ignore[misc]
+    error = np.degrees([math.remainder(by_compass(best, s) - w, 2 * math.pi) for s, w in zip(turned, wanted, strict=True)])
+    assert round(float(np.max(np.abs(error))), 4) == 0.0037
+    reached = error[np.abs(error) > 0.99 * np.max(np.abs(error))]
+    assert np.count_nonzero(np.diff(np.sign(reached))) == 5
+    three = task_of(np.log10, 1.0, 2.0, 3, math.radians(60.0), math.radians(60.0), least=math.radians(20.0))
+    assert best.range_error < 0.51 * function_fourbars(three)[0].range_error
+
+
 def test_a_jump_of_the_branch_is_found() -> None:
     """Points of both modes of one four-bar satisfy Freudenstein's equation all the same."""
     one, other = (FunctionFourbar(0.45, 1.1, 0.6, m, 1.2, 0.0, np.zeros(3), 0.0, 0.0, True, "") for m in (1, -1))
@@ -115,7 +131,7 @@ def test_the_reciprocal_of_the_textbook_is_met_and_bettered() -> None:
     fitted = function_fourbars(task_of(lambda x: 1.0 / x, 1.0, 2.0, 9, 0.5 * math.pi, 0.5 * math.pi, **scales))[0]
     freed = task_of(lambda x: 1.0 / x, 1.0, 2.0, 9, 0.5 * math.pi, 0.5 * math.pi, least=math.radians(20.0))
     errors = np.degrees([largest(printed, task), largest(exact, task), largest(fitted, task), largest(function_fourbars(freed)[0], freed)])
-    np.testing.assert_allclose(errors, [0.2563, 0.1061, 0.0426, 0.0155], rtol=0.02)
+    np.testing.assert_allclose(errors, [0.2563, 0.1061, 0.0386, 0.0128], rtol=0.02)
 
 
 def test_an_output_that_turns_as_the_input_is_a_parallelogram() -> None:

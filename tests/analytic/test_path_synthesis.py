@@ -8,8 +8,9 @@ import pytest
 
 from mechlab.analytic.path_synthesis.curves import points, slopes
 from mechlab.analytic.path_synthesis.dwell import dwell_sixbars
-from mechlab.analytic.path_synthesis.path import PathLinkage, PathTask, path_fivebars, path_fourbars
+from mechlab.analytic.path_synthesis.path import path_fivebars, path_fourbars
 from mechlab.analytic.path_synthesis.straight import straight_fourbars
+from mechlab.analytic.path_synthesis.task import PathLinkage, PathTask
 from mechlab.errors import MechlabError
 from mechlab.kit.compass import at, meet
 

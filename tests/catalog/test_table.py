@@ -18,6 +18,7 @@ def test_every_row_is_that_of_its_entry() -> None:
         assert row.summary == e.summary
         assert row.fidelities == tuple(e.fidelities)
         assert row.scenes == tuple(e.scenes)
+        assert row.claims == bool(e.claims or e.figures), f"{row.name}: say so in mechlab/catalog/table.py"
 
 
 @pytest.mark.parametrize("row", TABLE, ids=lambda r: r.name)

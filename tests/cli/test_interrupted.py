@@ -79,7 +79,7 @@ def test_ended_at_any_moment(name, tmp_path):
 @pytest.mark.skipif(not film(), reason="needs ffmpeg")
 def test_a_film_that_is_ended(tmp_path):
     (tmp_path / "out").mkdir()
-    finish(["simulate", "fourbar", "--duration", "0.1", "-o", "out/short.npz"], tmp_path)
+    finish(["simulate", "fourbar", "--duration", "0.01", "-o", "out/short.npz"], tmp_path)
     campaign("film", tmp_path, moments=3)
 
 
@@ -94,7 +94,7 @@ def campaign(name, folder, moments):
             subprocess.run(["rm", "-r", "out"], cwd=folder, check=True)
             (folder / "out").mkdir()
             if name == "film":
-                finish(["simulate", "fourbar", "--duration", "0.1", "-o", "out/short.npz"], folder)
+                finish(["simulate", "fourbar", "--duration", "0.01", "-o", "out/short.npz"], folder)
         child = start(COMMANDS[name], folder)
         child.stderr.readline()
         time.sleep(float(rng.uniform(0.0, length)))

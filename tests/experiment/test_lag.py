@@ -5,7 +5,8 @@ import pytest
 
 from mechlab.engines.mujoco.runner import run
 from mechlab.experiment.lag import lag_findings, predicted_lags, softness
-from mechlab.experiment.laws import Constant, Harmonic
+from mechlab.experiment.laws import ComputedTorque, Constant, Harmonic
+from mechlab.experiment.motion import Sine
 from mechlab.experiment.scene import PRESETS, Scene, Settings, preset
 from mechlab.mechanism import Builder, Mechanism, revolute
 from mechlab.mechanism.reduction import reduce
@@ -41,6 +42,17 @@ def test_law_within_one_per_cent(ratio: int, first: float, second: float, settin
     measured = abs(float(m.coefficient_row(m.relations[0].coefficients) @ run(m, scene, settings).q[-1]))
     # 0.5 s is 25 of the longest time constants; what remains of the onset is below 1e-4.
     assert predicted.lag == pytest.approx(measured, rel=2e-4)
+
+
+def test_lag_of_a_motion_that_is_followed_is_that_of_its_acceleration() -> None:
+    """By inverse dynamics through 2 rad: feedback upon the initial state would be 1e4 / s2 times 2 rad, five hundred times the load."""
+    m = pair(2, 1e-4, 1e-2)
+    swing = Sine(1.0, 2 * np.pi, -0.5 * np.pi, 1.0)
+    law = ComputedTorque(("a",), (("a", swing),), ((1e4, 200.0),))
+    scene = Scene("followed", "full", 1.0, (law,), initial={"a": swing.at(0.0)[0]}, initial_rates={"a": swing.at(0.0)[1]})
+    predicted = predicted_lags(m, scene, Settings())[0]
+    rows = run(m, scene, Settings(), np.linspace(0.0, 1.0, 101)).q @ m.coefficient_row(m.relations[0].coefficients)
+    assert predicted.lag == pytest.approx(float(np.max(np.abs(rows))), rel=0.02)
 
 
 def test_softness_of_the_specification() -> None:

@@ -1,5 +1,6 @@
 """Steps longer than the distance of the outputs: the states between them, against runs of another engine at 1e-10."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -156,4 +157,6 @@ def test_two_methods_that_end_far_apart_are_no_answer() -> None:
     error = np.max(np.abs(tracked(problem, truth.names, run.q[at], run.v[at]) - truth.values))
     finding = run.health.finding("max_error")
     assert error > 0.01
-    assert run.exit_code == 3 and "far apart" in finding.sentence and finding.value > error
+    # how far the two methods part hangs on last bits; that no error is stated does not
+    assert run.exit_code == 3 and math.isinf(finding.value)
+    assert "far apart" in finding.sentence or "does not confirm the way" in finding.sentence

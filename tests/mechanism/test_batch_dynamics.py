@@ -8,13 +8,15 @@ from mechlab.engines.protocol import engine
 from mechlab.experiment.tree_plant import TreePlant
 from mechlab.mechanism import Builder, ConstraintSet, Inertia, Mechanism, TreeKinematics, revolute
 from mechlab.mechanism.batch_dynamics import BatchDynamics
+from mechlab.mechanism.many_poses import moved
 from mechlab.mechanism.structure import null_space
 
 CASES = [
     ("fourbar", "minimal"), ("andrews", "full"), ("bricard", "full"), ("flyball", "full"), ("delta6", "parts"),
     ("gear_linkage", "minimal"), ("planetary", "full"), ("closed_differential", "full"), ("prosthetic_leg", "full"),
+    ("delta6", "full"), ("cam_follower", "full"),
 ]  # fmt: skip
-"""Point, hinge and rod loops, gear relations, shafts, slides, springs between points, redundant rows."""
+"""Point, hinge and rod loops, gear relations, shafts, slides, springs between points, redundant rows, ball joints, a curve."""
 
 
 def states(m: Mechanism, count: int = 7) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -22,7 +24,8 @@ def states(m: Mechanism, count: int = 7) -> tuple[np.ndarray, np.ndarray, np.nda
     rng = np.random.default_rng(5)
     free = null_space(ConstraintSet(m).jacobian(TreeKinematics(m)))
     v = rng.normal(size=(count, free.shape[1])) @ free.T
-    q = m.reference() + (0.0 if m.loops or m.relations else 0.3) * rng.normal(size=v.shape)
+    open_ = 0.0 if m.loops or m.relations else 0.3
+    q = moved(m, np.tile(m.reference(), (count, 1)), open_ * rng.normal(size=v.shape))
     return q, v, rng.normal(size=v.shape)
 
 
@@ -34,8 +37,9 @@ def test_many_states_at_once_accelerate_as_one_by_one(name: str, fidelity: str) 
     one, other = TreePlant(m), engine("pinocchio")
     for k in range(len(q)):
         size = np.max(np.abs(found[k]))
-        # both solve by least squares, which leaves 1e-12 of the condition of their equations
-        assert found[k] == pytest.approx(one.set(q[k], v[k]).accelerations(force[k]), abs=1e-9 * size)
+        # both solve by least squares, which leaves 1e-12 of the condition of their equations: 6e6 with the rods of the full delta
+        within = 1e-8 if (name, fidelity) == ("delta6", "full") else 1e-9
+        assert found[k] == pytest.approx(one.set(q[k], v[k]).accelerations(force[k]), abs=within * size)
         assert found[k] == pytest.approx(other.accelerations(m, q[k], v[k], force[k]), abs=1e-8 * size)
 
 

@@ -8,11 +8,12 @@ import pytest
 import mechlab as ml
 from mechlab.engines.protocol import engine
 from mechlab.mechanism import Builder, ConstraintSet, Loop, Mechanism, Placement, TreeKinematics, prismatic, revolute
-from mechlab.mechanism.batch_sparse import SparseClosing, SparseLeastSquares, SparseRows, smallest_of_rows
+from mechlab.mechanism.batch_sparse import SparseClosing, SparseRows, smallest_of_rows
 from mechlab.mechanism.batch_tree import BatchRows, BatchTree
 from mechlab.mechanism.geometry import frame_along
 from mechlab.mechanism.many_poses import ManyPoses
 from mechlab.mechanism.parts import LOOP_ROWS
+from mechlab.mechanism.sparse_squares import SparseLeastSquares
 from mechlab.mechanism.structure import ranks
 from tests.benchmarks.bench_large import four_bars, train
 from tests.mechanism.samples import PART

@@ -4,9 +4,12 @@ import math
 from fractions import Fraction
 
 import numpy as np
+import pytest
 
 from mechlab.catalog import entry
 from mechlab.mechanism import Builder, Inertia, TreeKinematics, close, revolute, singularity, structure
+from mechlab.mechanism.constraints import ConstraintSet
+from mechlab.mechanism.structure import generic, shared_loads
 from tests.mechanism.samples import fourbar, planetary
 
 
@@ -100,3 +103,18 @@ def test_bodies_can_be_moved_alone() -> None:
     assert np.array_equal(part.matrix(first), whole.matrix(first))
     still = TreeKinematics(m)
     assert all(np.array_equal(part.matrix(n), still.matrix(n)) for n in others)
+
+
+@pytest.mark.parametrize("name", ["closed_differential", "wolfrom", "bennett", "schmidt", "fourbar", "delta6"])
+def test_a_load_is_shared_exactly_where_a_null_vector_of_the_rows_changes_it(name: str) -> None:
+    """J^T (r + n) = J^T r for J^T n = 0: by singular values, where the product eliminates row by row."""
+    found = entry(name)
+    m = found.build(found.parameters(), "full")
+    rows, (_, jacobian) = ConstraintSet(m), generic(m)
+    jacobian = jacobian[np.linalg.norm(jacobian, axis=1) > 1e-12]  # rows of nothing share with nobody
+    there = [n for n, row in zip(rows.rows, generic(m)[1], strict=True) if np.linalg.norm(row) > 1e-12]
+    u, s, _ = np.linalg.svd(jacobian / np.linalg.norm(jacobian, axis=1)[:, None])
+    null = u[:, np.count_nonzero(s > 1e-9 * s[0]) :]
+    free = {n for n, row in zip(there, null, strict=True) if np.linalg.norm(row) > 1e-7}
+    assert set(shared_loads(m)) == {c.name for c in rows.items if free.intersection(c.rows)}
+    assert bool(free) == (name not in ("fourbar", "delta6"))

@@ -14,7 +14,7 @@ import mechlab as ml
 from mechlab.cli import main
 from mechlab.engines.mujoco.control import engine
 from mechlab.engines.mujoco.model_file import rows
-from mechlab.mechanism.structure import Redundancy
+from mechlab.mechanism.redundancy import Redundancy
 from mechlab.studies.doctor.case import Diagnosis
 from tests.studies.patients import HARD, NO_CONTACT, OPTION, arm, fourbar
 

@@ -194,6 +194,18 @@ def test_a_path_is_answered_by_entries_that_mujoco_leads_through_the_points(caps
         np.testing.assert_allclose(np.diff(solution["crank_angles"]), math.radians(20.0), atol=1e-12)
 
 
+def test_six_bars_are_led_by_mujoco_nearer_to_the_points_than_four_bars(capsys: pytest.CaptureFixture[str]) -> None:
+    found = document(capsys, 0, "path", *LOOP, TIMING, "chain=six-bar", "limit=2")
+    targets = [complex(a, b) for a, b in zip(*(map(float, k.split("=")[1].split(",")) for k in LOOP), strict=True)]
+    assert found["best_fourbar"]["squares"] == pytest.approx(0.00903, abs=1e-5)
+    for solution in found["solutions"]:
+        assert solution["entry"] in ("path_stephenson", "path_watt")
+        x, z = measured(solution, solution["crank_angles"], "P_x", "P_z")
+        squares = float(np.sum(np.abs(x + 1j * z - targets) ** 2))
+        assert squares == pytest.approx(solution["squares"], rel=1e-6) and squares < 0.65 * found["best_fourbar"]["squares"]
+        np.testing.assert_allclose(np.diff(solution["crank_angles"]), math.radians(20.0), atol=1e-12)
+
+
 def test_few_points_are_met_exactly_and_the_text_has_the_command(capsys: pytest.CaptureFixture[str]) -> None:
     given = ("path", "x=20,20,20,20,20,20", "y=20,25,30,35,40,45", "size=150", "limit=2")
     for solution in document(capsys, 0, *given)["solutions"]:
@@ -229,6 +241,16 @@ def test_a_function_is_generated_by_an_entry(capsys: pytest.CaptureFixture[str])
     np.testing.assert_allclose(found["precision_points"]["x"], [1.067, 1.5, 1.933], atol=5e-4)
 
 
+def test_a_six_bar_generates_a_function_with_its_scale_where_it_is_wanted(capsys: pytest.CaptureFixture[str]) -> None:
+    given = ("function", "x=0:1", "y=exp(x)", "turn=100deg", "turn_out=100deg", "chain=six-bar", "first_out=20deg", "limit=1")
+    (best,) = document(capsys, 0, *given)["solutions"]
+    turned = np.linspace(0.0, math.radians(100.0), 61)
+    (angle,) = measured(best, (best["parameters"]["first"] + turned).tolist(), "output_angle")
+    wanted = math.radians(100.0) * (np.exp(turned / math.radians(100.0)) - 1.0) / (math.e - 1.0)
+    errors = np.angle(np.exp(1j * (angle - math.radians(20.0) - wanted)))
+    assert np.max(np.abs(errors)) == pytest.approx(best["range_error"], rel=0.03) and best["range_error"] < math.radians(0.01)
+
+
 def test_a_line_and_a_dwell_are_found_as_entries(capsys: pytest.CaptureFixture[str]) -> None:
     (line,) = document(capsys, 0, "straight_line", "length=0.2", "angle=150deg", "limit=1")["solutions"]
     first = line["parameters"]["first"]
@@ -252,6 +274,7 @@ def test_a_line_and_a_dwell_are_found_as_entries(capsys: pytest.CaptureFixture[s
         ("path", {"x": (1, 1, 3), "y": (1, 1, 2)}, "points 1 and 2 are the same"),
         ("path", {"x": (1, 2, 3), "y": (1, 1, 2), "angle": (0, 2, 1)}, "must grow, or fall"),
         ("path", {"x": (1, 2, 3), "y": (1, 1, 2), "transmission_angle_min": 2.0}, "transmission_angle_min: expected 0 to"),
+        ("path", {"x": (1, 2, 3), "y": (1, 1, 2), "chain": "watt"}, "chain: expected four-bar or six-bar, got 'watt'"),
         ("path", {"x": (1, 2, 3), "y": (1, 1, 2), "points": 3}, "key 'points' does not exist"),
         ("function", {"x": Range(1, 2), "y": "foo(x)"}, "'foo\\(x\\)'.*log10"),
         ("function", {"x": Range(1, 2), "y": "__import__('os')"}, "is none of numbers"),
@@ -261,6 +284,7 @@ def test_a_line_and_a_dwell_are_found_as_entries(capsys: pytest.CaptureFixture[s
         ("function", {"x": (1, 2, 2), "y": (1, 2, 3)}, "two points have the same input"),
         ("function", {"x": (1, 2, 3), "y": (1, 2, 4), "points": 4}, "points spaces a function"),
         ("function", {"x": Range(1, 2), "y": "x^2", "turn": 0}, "turn: expected an angle that is not 0"),
+        ("function", {"x": Range(0, 1), "y": "exp(x)", "chain": "six-bar", "first": 0, "first_out": 1}, "first or first_out, not both"),
         ("straight_line", {"length": 0}, "length: expected a length above 0"),
         ("straight_line", {}, "length is missing"),
         ("dwell", {}, "angle is missing"),

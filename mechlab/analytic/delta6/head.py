@@ -157,16 +157,17 @@ def _about_z(j: HeadInertias) -> float:
 def _constant_part(geom: Delta6, j: HeadInertias) -> FloatArray:
     """Sum of J r r' over the parts whose row r does not depend on beta."""
     planet_ratio, bevel_ratio, spur = geom.k_transfer / geom.k_spur, geom.k_bevel, geom.k_spur
-    rows: list[tuple[float, tuple[float, float, float]]] = [
+    parts: list[tuple[float, tuple[float, float, float]]] = [
         (j.output_transverse + j.tee_y, (0.0, 1.0, 0.0)),
         (j.carrier_z + 2.0 * j.planet_mass * j.planet_offset**2 + j.third_shaft, (0.0, 0.0, 1.0)),
     ]
     for sign in (-1.0, 1.0):
         transfer = (planet_ratio * bevel_ratio, sign * planet_ratio, 1.0)
-        rows += [
+        parts += [
             (j.bevel_axial, (sign * bevel_ratio, 1.0, 0.0)),
             (j.planet_axial, (j.planet_sense * bevel_ratio, j.planet_sense * sign, 1.0)),
             (j.transfer_gear, transfer),
             (j.input_gear, (spur * transfer[0], spur * transfer[1], spur)),
         ]
-    return np.asarray(sum(inertia * np.outer(row, row) for inertia, row in rows))
+    rows = np.array([row for _, row in parts])
+    return np.asarray((rows.T * [inertia for inertia, _ in parts]) @ rows)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.analytic.blocks import FloatArray
-from mechlab.analytic.gear_linkage.linkage import GearLinkage, longest_crank, motion
+from mechlab.analytic.gear_linkage.linkage import GearLinkage, angles, longest_crank, motion, transfer
 from mechlab.analytic.roots import brentq
 from mechlab.errors import MechlabError, NoSolution, unknown
 
@@ -173,13 +173,17 @@ def regime(g: GearLinkage) -> RegimeReport:
         stop, turn = _edge(g, at, -1.0), _edge(g, at, 1.0)
         back = float(_angle(g, stop) - _angle(g, turn))
         dwell = turn - stop
-        regained = brentq(lambda x: float(_angle(g, x) - _angle(g, stop)), turn, stop + TURN, xtol=1e-15, rtol=1e-15)
+        stopped = _angle(g, stop)
+        regained = brentq(lambda x: float(_angle(g, x) - stopped), turn, stop + TURN, xtol=1e-15, rtol=1e-15)
         one_sided = float(regained) - stop
     return RegimeReport(kind, least, at, greatest, fastest_at, stop, turn, back, dwell, one_sided, acute)
 
 
 def _angle(g: GearLinkage, phi: ArrayLike) -> FloatArray:
-    return motion(g, phi).output_angle
+    """The output angle, as in `motion`, without the rates of all parts."""
+    of_crank, of_coupler, of_rocker = transfer(g)[1]
+    (psi, chi, _), (psi0, chi0, _) = angles(g, phi), angles(g, 0.0)
+    return np.asarray(of_crank * np.asarray(phi) + of_coupler * (psi - psi0) + of_rocker * (chi - chi0))
 
 
 def _edge(g: GearLinkage, at: float, side: float) -> float:
@@ -221,6 +225,7 @@ class CrankForTarget:
     longest: float
 
 
+@lru_cache(maxsize=64)
 def momentary_crank(coupler: float, rocker: float, idler_radius: float, frame: float = 1.0, mode: int = 1) -> float:
     """Crank [m] at which the smallest output rate is zero: longer ones make the output run back.
 

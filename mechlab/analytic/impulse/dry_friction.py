@@ -28,30 +28,31 @@ class WithMotor:
         self.limits, self.rates = _friction(p, 5, 3)
 
     def _parts(self, y: Array) -> tuple[float, ...]:
+        """A1, A2, A3, the right sides without friction, the two rates and the motor torque, as floats."""
         p = self.p
-        A1, A2, A3, A4, A5, A6 = coefficients(p, p.q * float(y[0] - y[1]))
-        u, v = float(y[2]), float(y[3])
-        motor = motor_torque_at(p, u) if self.static else float(y[4])
+        alpha, beta, u, v, motor = y.tolist()
+        A1, A2, A3, A4, A5, A6 = coefficients(p, p.q * (alpha - beta))
+        motor = motor_torque_at(p, u) if self.static else motor
         square = (u - v) ** 2
-        return A1, A2, A3, motor - A4 * square - A6 * v * v, -p.M0 - A5 * square + A6 * u * u - p.c * float(y[1])
+        return A1, A2, A3, motor - A4 * square - A6 * v * v, -p.M0 - A5 * square + A6 * u * u - p.c * beta, u, v, motor
 
     def slope(self, t: float, y: Array, modes: Modes) -> Array:
         """(5,) dy/dt."""
-        A1, A2, A3, one, two = self._parts(y)
+        A1, A2, A3, one, two, u, v, motor = self._parts(y)
         if modes and modes[0] == 0:
             du, dv = one / A1, 0.0
         else:
             two -= modes[0] * self.p.M1 if modes else 0.0
             det = A1 * A3 - A2 * A2
             du, dv = (A3 * one - A2 * two) / det, (A1 * two - A2 * one) / det
-        dm = 0.0 if self.static else (motor_torque_at(self.p, float(y[2])) - y[4]) / self.p.tau
-        return np.array([y[2], y[3], du, dv, dm])
+        dm = 0.0 if self.static else (motor_torque_at(self.p, u) - motor) / self.p.tau
+        return np.array([u, v, du, dv, dm])
 
     def holding(self, t: float, y: Array, modes: Modes) -> Array:
         """(1,) friction torque on the output shaft [N m]."""
         if modes[0]:
             return np.array([-modes[0] * self.p.M1])
-        A1, A2, _, one, two = self._parts(y)
+        A1, A2, _, one, two = self._parts(y)[:5]
         return np.array([A2 * one / A1 - two])
 
     def settle(self, t: float, y: Array, modes: Modes) -> Array:
@@ -75,11 +76,11 @@ class ConstantSpeed:
 
     def slope(self, t: float, y: Array, modes: Modes) -> Array:
         """(4,) dy/dpsi; NaN where the output shaft has caught up with the input shaft, so that psi stands still."""
-        v = float(y[1])
+        beta, v = y.tolist()[:2]
         inertia = self.shape.B3 + self.shape.b3 * math.cos(t)
         stuck = bool(modes) and modes[0] == 0
         friction = modes[0] * self.p.M1 if modes else 0.0
-        accel = 0.0 if stuck else (self._force(t, float(y[0]), v) - friction) / inertia
+        accel = 0.0 if stuck else (self._force(t, beta, v) - friction) / inertia
         torque = constant_speed_torque(self.p, self.speed, float(t), v, accel)
         pace = self.p.q * (self.speed - v)
         return np.array([v, accel, 1.0, torque]) / pace if pace > 0.0 else np.full(4, np.nan)

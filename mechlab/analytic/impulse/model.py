@@ -91,7 +91,7 @@ class Impulse:
         """The slip per torque that is used [1/(N m)]."""
         return self.consistent_slip if self.slip_per_torque is None else self.slip_per_torque
 
-    @property
+    @cached_property
     def speed_per_torque(self) -> float:
         """Loss of speed of the motor per torque in the steady state [rad/(N m s)]."""
         return self.slip * self.no_load_speed
@@ -248,10 +248,15 @@ def constant_speed_acceleration(
     p: Impulse, speed: float, psi: ArrayLike, beta_rate: ArrayLike, resisting: ArrayLike, beta: ArrayLike = 0.0
 ) -> Array:
     """beta'' [rad/s2] at constant input speed [rad/s]: A3 beta'' = -resisting - A5 (w - beta')^2 + A6 w^2 - c beta."""
-    s, v = shape(p), _plain(beta_rate)
+    return np.asarray(even_acceleration(p, speed, *(_plain(x) for x in (psi, beta_rate, resisting, beta))))
+
+
+def even_acceleration(p: Impulse, speed: float, psi: Any, v: Any, resisting: Any, beta: Any) -> Any:
+    """`constant_speed_acceleration` of arrays, or of floats, which stay floats."""
+    s = p.output
     cos, sin = (math.cos(psi), math.sin(psi)) if isinstance(psi, float) else (np.cos(psi), np.sin(psi))
-    force = -_plain(resisting) - s.a5 * sin * (speed - v) ** 2 + s.a6 * sin * speed**2 - p.c * _plain(beta)
-    return np.asarray(force / (s.B3 + s.b3 * cos))
+    force = -resisting - s.a5 * sin * (speed - v) ** 2 + s.a6 * sin * speed**2 - p.c * beta
+    return force / (s.B3 + s.b3 * cos)
 
 
 def constant_speed_torque(p: Impulse, speed: float, psi: ArrayLike, beta_rate: ArrayLike, beta_accel: ArrayLike) -> Any:

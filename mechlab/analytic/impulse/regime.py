@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mechlab.analytic.impulse.model import (
     Impulse,
-    constant_speed_acceleration,
+    even_acceleration,
     first_integral,
     harmonic_motion,
     shape,
@@ -176,7 +176,7 @@ def motion(p: Impulse, speed: float, start: ArrayLike, duration: float, times: A
     def f(t: float, y: Array) -> Array:
         beta, rate = y.tolist()
         psi = p.q * (speed * t - beta)
-        return np.array([rate, constant_speed_acceleration(p, speed, psi, rate, p.M0, beta)])
+        return np.array([rate, even_acceleration(p, speed, psi, rate, p.M0, beta)])
 
     at = None if times is None else np.asarray(times, dtype=float)
     done = solve_ivp(f, (0.0, duration), np.asarray(start, dtype=float), "DOP853", at, rtol=TOLERANCE, atol=TOLERANCE)

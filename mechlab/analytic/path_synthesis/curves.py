@@ -10,6 +10,7 @@ in its axes, n the ratio of the gears. V = 0 is the four-bar, whose rocker has t
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,8 +61,18 @@ def points(x: Array, mode: Array, ratio: float, t: Array) -> CurvePoints:
 
 def slopes(x: Array, found: CurvePoints, ratio: float, t: Array) -> tuple[Complex, Complex]:
     """Derivatives of P by the twelve numbers, (..., n, 12), and by the crank angle, (..., n)."""
+    of_pin, spin, pin_rate, spin_rate = spins(x, found, ratio, t)
+    p, u = complex_at(x, 10), found.turn
+    out = of_pin + (1j * p * u)[..., None] * spin
+    out[..., 10] += u
+    out[..., 11] += 1j * u
+    return out, pin_rate + 1j * p * u * spin_rate
+
+
+def spins(x: Array, found: CurvePoints, ratio: float, t: Array) -> tuple[Complex, Array, Complex, Array]:
+    """Derivatives of A (..., n, 12) and of the coupler's angle (..., n, 12) by the twelve numbers, of both by the crank angle (..., n)."""
     e, f, u = np.exp(1j * t), np.exp(1j * ratio * t), found.turn
-    p, b, c = complex_at(x, 10), x[..., COUPLER, None], x[..., LINK, None]
+    b, c = x[..., COUPLER, None], x[..., LINK, None]
     rod = found.joint - found.other
     lever = np.real(np.conj(rod) * 1j * b * u)
     one = np.ones_like(e)
@@ -74,12 +85,9 @@ def slopes(x: Array, found: CurvePoints, ratio: float, t: Array) -> tuple[Comple
     grown[..., LINK] = c
     with np.errstate(invalid="ignore", divide="ignore"):
         spin = (grown - np.real(np.conj(rod)[..., None] * (of_pin - of_other + stretch))) / lever[..., None]
-        out = of_pin + (1j * p * u)[..., None] * spin
-        out[..., 10] += u
-        out[..., 11] += 1j * u
         pin_rate, other_rate = 1j * complex_at(x, 2) * e, 1j * ratio * complex_at(x, 6) * f
         spin_rate = -np.real(np.conj(rod) * (pin_rate - other_rate)) / lever
-    return out, pin_rate + 1j * p * u * spin_rate
+    return of_pin, spin, pin_rate, spin_rate
 
 
 def widest(x: Array) -> Array:
@@ -88,3 +96,65 @@ def widest(x: Array) -> Array:
     ground = np.abs(complex_at(x, 4) - complex_at(x, 0))[..., 0]
     bar = np.abs(complex_at(x, 10)[..., 0] - x[..., COUPLER])
     return np.max(np.stack([w, v, p, bar, x[..., COUPLER], x[..., LINK], ground]), axis=0)
+
+
+class Traced(Protocol):
+    """Points (..., n) of curves, and the sine of the least transmission angle, signed by the side; NaN where one does not assemble."""
+
+    @property
+    def point(self) -> Complex:
+        """Of the curve."""
+
+    @property
+    def margin(self) -> Array:
+        """The sine."""
+
+
+class Curve(Protocol):
+    """A kind of linkage as the fit sees it."""
+
+    @property
+    def free(self) -> NDArray[np.int_]:
+        """The numbers of a row that are free."""
+
+    @property
+    def lengths(self) -> tuple[int, ...]:
+        """Those of them that must be above 0."""
+
+    @property
+    def ratio(self) -> float:
+        """Of its gears, 0 without."""
+
+    def points(self, x: Array, mode: Array, t: Array) -> Traced:
+        """See `points`."""
+
+    def slopes(self, x: Array, found: Any, t: Array) -> tuple[Complex, Complex]:
+        """See `slopes`."""
+
+    def widest(self, x: Array) -> Array:
+        """See `widest`."""
+
+
+@dataclass(frozen=True)
+class Geared:
+    """Four-bars, ratio 0, and geared five-bars as a `Curve`."""
+
+    ratio: float = 0.0
+    lengths: tuple[int, ...] = (COUPLER, LINK)
+
+    @property
+    def free(self) -> NDArray[np.int_]:
+        """All numbers of a row, but those that a four-bar does not have."""
+        return np.arange(SIZES) if self.ratio else FOURBAR
+
+    def points(self, x: Array, mode: Array, t: Array) -> CurvePoints:
+        """See `points`."""
+        return points(x, mode, self.ratio, t)
+
+    def slopes(self, x: Array, found: CurvePoints, t: Array) -> tuple[Complex, Complex]:
+        """See `slopes`."""
+        return slopes(x, found, self.ratio, t)
+
+    def widest(self, x: Array) -> Array:
+        """See `widest`."""
+        return widest(x)

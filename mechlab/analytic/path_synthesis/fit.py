@@ -1,7 +1,8 @@
 """Least squares for many linkages at once: Levenberg's and Marquardt's method with the exact Jacobian.
 
 Unknown are the numbers of each row and, where no timing is prescribed, the crank angle of every point but the first. An angle moves its
-own point alone, so the angles are eliminated from the normal equations, and what is left has ten unknowns however many points there are.
+own point alone, so the angles are eliminated from the normal equations, and what is left has ten unknowns, of a six-bar
+sixteen, however many points there are.
 """
 
 from __future__ import annotations
@@ -9,9 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mechlab.analytic.path_synthesis.curves import COUPLER, LINK, Array, Complex, points, slopes, widest
+from mechlab.analytic.path_synthesis.curves import Array, Complex, Curve
 
 STEEPEST = 1e9
 """Damping, relative to the diagonal of the normal matrix, at which a linkage is given up."""
@@ -19,7 +19,7 @@ STEEPEST = 1e9
 
 @dataclass(frozen=True)
 class Fitted:
-    """Rows (k, 12), modes (k,), crank angles (k, n), sums of squared distances (k,) at the points."""
+    """Rows (k, m), modes (k,), crank angles (k, n), sums of squared distances (k,) at the points."""
 
     rows: Array
     modes: Array
@@ -29,35 +29,44 @@ class Fitted:
 
 @dataclass(frozen=True)
 class Limits:
-    """size: longest bar [m]; least: sine of the smallest angle between coupler and link at a point."""
+    """size: longest bar [m]; least: sine of the smallest angle between coupler and link at a point, and at so many places `between`
+    two points."""
 
     size: float
     least: float = 0.0
+    between: int = 0
+
+    def places(self, angles: Array) -> Array:
+        """Crank angles (k, m) at which `least` is kept, beside those of the points (k, n)."""
+        shares = np.arange(1, self.between + 1) / (self.between + 1)
+        way = angles[:, :-1, None] + np.diff(angles)[..., None] * shares
+        return np.reshape(way, (len(angles), -1))
 
 
-def fit(
-    targets: Complex, start: Fitted, ratio: float, free: NDArray[np.int_], timed: bool, limits: Limits, rounds: int
-) -> Fitted:
-    """Moves the numbers `free` of every row, and the angles unless `timed`, towards the points (n,).
+def fit(targets: Complex, start: Fitted, curve: Curve, timed: bool, limits: Limits, rounds: int) -> Fitted:
+    """Moves the free numbers of every row, and the angles unless `timed`, towards the points (n,).
 
     A step that leads where a linkage does not assemble, or beyond the limits, is not taken.
     """
     rows, angles, modes = start.rows.copy(), np.array(start.angles), start.modes
-    missed = _missed(points(rows, modes, ratio, angles).point, targets)
+    missed = _missed(curve.points(rows, modes, angles).point, targets)
     damping = np.full(len(rows), 1e-3)
     enough = 1e-30 * len(targets) * limits.size**2
     for _ in range(rounds):
         live = np.flatnonzero((damping < STEEPEST) & (missed > enough) & np.isfinite(missed))
         if not len(live):
             break
-        by_row, by_angle = _steps(targets, rows[live], modes[live], angles[live], ratio, free, timed, damping[live])
+        by_row, by_angle = _steps(targets, rows[live], modes[live], angles[live], curve, timed, damping[live])
         tried, turned = rows[live].copy(), angles[live] + by_angle
-        tried[:, free] += by_row
-        there = points(tried, modes[live], ratio, turned)
+        tried[:, curve.free] += by_row
+        there = curve.points(tried, modes[live], turned)
         after = _missed(there.point, targets)
         with np.errstate(invalid="ignore"):
             flat = np.min(np.abs(there.margin), axis=1) < limits.least
-        after[flat | (widest(tried) > limits.size) | (np.min(tried[:, [COUPLER, LINK]], axis=1) <= 0.0)] = np.inf
+            if limits.between:
+                on_way = np.abs(curve.points(tried, modes[live], limits.places(turned)).margin)
+                flat |= ~(np.min(on_way, axis=1) >= limits.least)
+        after[flat | (curve.widest(tried) > limits.size) | (np.min(tried[:, list(curve.lengths)], axis=1) <= 0.0)] = np.inf
         better = after < missed[live]
         stalled = better & (after > missed[live] * (1.0 - 1e-9))
         taken = live[better]
@@ -68,15 +77,15 @@ def fit(
 
 
 def _steps(
-    targets: Complex, rows: Array, modes: Array, angles: Array, ratio: float, free: NDArray[np.int_], timed: bool, damping: Array
+    targets: Complex, rows: Array, modes: Array, angles: Array, curve: Curve, timed: bool, damping: Array
 ) -> tuple[Array, Array]:
     """Steps of the free numbers (k, m) and of the angles (k, n)."""
-    here = points(rows, modes, ratio, angles)
-    by_size, by_angle = slopes(rows, here, ratio, angles)
-    j, gap = by_size[..., free], here.point - targets
+    here = curve.points(rows, modes, angles)
+    by_size, by_angle = curve.slopes(rows, here, angles)
+    j, gap = by_size[..., curve.free], here.point - targets
     flat, r = np.concatenate([j.real, j.imag], axis=1), np.concatenate([gap.real, gap.imag], axis=1)
     normal, slope = np.swapaxes(flat, 1, 2) @ flat, (np.swapaxes(flat, 1, 2) @ r[..., None])[..., 0]
-    diagonal = np.arange(len(free))
+    diagonal = np.arange(len(curve.free))
     weight = normal[:, diagonal, diagonal].copy()
     normal[:, diagonal, diagonal] += damping[:, None] * weight + 1e-15 * np.max(weight, axis=1, keepdims=True) + 1e-300
     if timed:

@@ -19,6 +19,7 @@ from mechlab.catalog.closed_differential.scenes import SCENES
 from mechlab.engines.protocol import IMPLEMENTATIONS, engine
 from mechlab.engines.protocol import WITNESSES as ENGINES
 from mechlab.experiment.entry import Check, CheckResult
+from mechlab.experiment.held_rates import captured
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import PRESETS, Settings
 from mechlab.kit.epicyclic_build import FIDELITIES
@@ -51,7 +52,8 @@ def run(
     who: str, p: Parameters, scene: str, duration: float | None = None, fidelity: str | None = None,
     timestep: float | None = None,
 ) -> Recording:  # fmt: skip
-    """A run of a scene with the parameters as they are, by "analytic" or an engine; with its own timestep [s] or another."""
+    """A run of a scene with the parameters as they are, by "analytic" or an engine; with its own timestep [s] or another, with which
+    the capture time of held rates is scaled."""
     level = fidelity or FIDELITY.get(who, "minimal")
     made = SCENES[scene].make(p, level)
     return _run(who, p, scene, duration or made.duration, level, timestep or made.settings.timestep)
@@ -63,6 +65,7 @@ def _run(who: str, p: Parameters, scene: str, duration: float, level: str, times
     made = replace(SCENES[scene].make(p, level), duration=duration)
     if who == "analytic":
         return reference(p, made)
+    made = replace(made, laws=captured(made.laws, timestep / made.settings.timestep))
     settings = replace(made.settings, engine=who, integrator="RK4", timestep=timestep)
     return engine(who).run(build(p, level), made, settings)
 

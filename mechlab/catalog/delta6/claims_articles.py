@@ -155,8 +155,10 @@ def boolean_algebra() -> Evidence:
     computed: dict[str, Any] = {}
     wrong = 0
     for form in (EXACT, SMOOTH):
-        signs = sum(int(np.count_nonzero(indicator(p) != indicator(q))) for _, p, q in _laws(form, x, y, z))
-        values = max(float(np.max(np.abs(p - q))) for _, p, q in _laws(form, x, y, z))
+        signs, values = 0, 0.0
+        for _, p, q in _laws(form, x, y, z):
+            signs += int(np.count_nonzero((p >= 0.0) != (q >= 0.0)))  # their characteristics
+            values = max(values, float(np.max(np.abs(p - q))))
         computed |= {f"{form.name}: signs that break a law": signs, f"{form.name}: largest difference in value": values}
         wrong += signs
     both = int(np.count_nonzero(indicator(x) + indicator(-x) == 2))

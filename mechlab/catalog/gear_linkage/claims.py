@@ -88,16 +88,15 @@ def acceleration_formula() -> Evidence:
 )  # fmt: skip
 def position_formula() -> Evidence:
     """The printed increment of the output angle against the integral of the rolling rate."""
-    from scipy.integrate import solve_ivp
-
     worst = {"with i before the crank turn": 0.0, "without it": 0.0}
+    # 100 Gauss points leave 1e-15 of the integral: the rate is smooth there.
+    places, weights = np.polynomial.legendre.leggauss(100)
     for g in _linkages():
-        run = solve_ivp(lambda t, y, g=g: [float(closed_form.rolling_rates(g, t)[1])], (0.4, 2.7), [0.0],
-                        method="DOP853", rtol=1e-12, atol=1e-12)  # fmt: skip
+        turned = 1.15 * float(weights @ closed_form.rolling_rates(g, 1.55 + 1.15 * places)[1])
         (a, b), (c, d) = (closed_form.angles(g, [0.4, 2.7])[k] for k in (0, 1))
         bars = -(g.ratio + g.idler_ratio) * (b - a) + (1 + g.idler_ratio) * (d - c)
         for name, factor in zip(worst, (g.ratio, 1.0), strict=True):
-            worst[name] = max(worst[name], abs(float(factor * 2.3 + bars - run.y[0, -1])))
+            worst[name] = max(worst[name], abs(float(factor * 2.3 + bars - turned)))
     return evidence({f"{k}: largest error [rad]": v for k, v in worst.items()})
 
 

@@ -24,6 +24,8 @@ SHORTEST = 1e-9
 CLOSED = 1e-13
 TOGETHER = 8
 """Places from which on it pays to close them together."""
+A_TURN = 25
+"""Places of a turn that are closed together before it is followed."""
 SLOPE_LIMIT = 1e5
 """A joint that moves so much faster than the coordinate marks a limit position."""
 
@@ -168,8 +170,11 @@ class ClosedPath:
         m = self.mechanism
         if self.coordinate not in m.v_slice or m.joint(self.coordinate).kind != "revolute":
             return None
+        phis = np.linspace(self.start.phi, self.start.phi + 2.0 * np.pi, A_TURN)[1:]
+        if phis[-1] not in self._phis:
+            self._prepare(phis)
         try:
-            last = self.at(self.start.phi + 2.0 * np.pi)
+            last = self.at(float(phis[-1]))
         except NoSolution:
             return None
         moved = last.q - self.start.q

@@ -8,7 +8,7 @@ and shafts, springs between points. Dry friction is not in h: it has no value at
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -210,21 +210,7 @@ class PinPlant:
 
     @cached_property
     def _rank(self) -> int | None:
-        """Rank of the constraint rows where the loops are closed, if it is below their number; None where they are independent, but
-        for rows that are zero."""
-        count = len(self.constraints)
-        if not 0 < count <= FEW_ROWS:
-            return None
-        m = self.mechanism
-        constraints = ConstraintSet(m)
-        # planar loops have rows that are zero in every pose, closed or not
-        moved = integrate(m, m.reference(), np.random.default_rng(5).normal(size=m.nv))
-        size = np.abs(constraints.jacobian(TreeKinematics(m, moved))).max(axis=1)
-        independent = int(np.count_nonzero(size > 1e-12 * size.max()))
-        if rank(constraints.jacobian(TreeKinematics(m))) >= independent:
-            return None
-        found = structure(m).rank
-        return found if found < independent else None
+        return rank_where_closed(self.mechanism)
 
     def correction(self, residual: Array) -> Array:
         """(nv,) smallest change of the rates, or displacement, that takes `residual` (rows,) away: J dv = -residual."""
@@ -267,6 +253,23 @@ class PinPlant:
                 "in it a mass."
             )
         return a, r
+
+
+@lru_cache(maxsize=32)
+def rank_where_closed(m: Mechanism) -> int | None:
+    """Rank of the constraint rows where the loops are closed, if it is below their number; None where they are independent, but
+    for rows that are zero."""
+    constraints = ConstraintSet(m)
+    if not 0 < len(constraints) <= FEW_ROWS:
+        return None
+    # planar loops have rows that are zero in every pose, closed or not
+    moved = integrate(m, m.reference(), np.random.default_rng(5).normal(size=m.nv))
+    size = np.abs(constraints.jacobian(TreeKinematics(m, moved))).max(axis=1)
+    independent = int(np.count_nonzero(size > 1e-12 * size.max()))
+    if rank(constraints.jacobian(TreeKinematics(m))) >= independent:
+        return None
+    found = structure(m).rank
+    return found if found < independent else None
 
 
 def accelerations(mechanism: Mechanism, q: ArrayLike, v: ArrayLike, force: ArrayLike) -> tuple[Array, Array]:

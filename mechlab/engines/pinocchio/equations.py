@@ -46,9 +46,9 @@ class Equations:
     `corrected` is the largest projection so far [m or rad].
     """
 
-    def __init__(self, mechanism: Mechanism, laws: tuple[Law, ...], h: float) -> None:
+    def __init__(self, mechanism: Mechanism, laws: tuple[Law, ...], h: float, plant: PinPlant | None = None) -> None:
         self.mechanism = mechanism
-        self.plant = PinPlant(mechanism)
+        self.plant = PinPlant(mechanism) if plant is None else plant
         self.laws = laws
         self.memory = LawStates(laws)
         self.corrected = 0.0

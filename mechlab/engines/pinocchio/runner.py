@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import platform
+import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from mechlab.clock import costed, spent_on
+from mechlab.engines.pinocchio.dynamics import PinPlant
 from mechlab.engines.pinocchio.equations import Equations
 from mechlab.engines.pinocchio.reactions import channels
 from mechlab.engines.state import BlowUp, Instant
@@ -83,23 +86,34 @@ def run(
 
 
 def states(mechanism: Mechanism, scene: Scene, settings: Settings, times: Array) -> Trace:
-    """The states of `run` at the times alone: nothing else is recorded or examined."""
-    motion, log, start, spent = _run(mechanism, scene, settings, times, None, ModeWatch(mechanism, scene.keep_mode), False)
+    """The states of `run` at the times alone: nothing else is recorded or examined. Runs of a thread take over the plant of the same
+    mechanism from each other."""
+    unused = _unused(mechanism, threading.get_ident())
+    plant = unused.pop() if unused else PinPlant(mechanism)
+    plant.memory, plant.evaluations = {}, 0
+    motion, log, start, spent = _run(mechanism, scene, settings, times, None, ModeWatch(mechanism, scene.keep_mode), False, plant)
+    unused.append(plant)  # not after an error
     y = np.array(log.y or [start])
     reason = "" if log.end is None else stopped_finding(log.end.t, scene.duration, log.end.reason).sentence
     return Trace(y[:, : mechanism.nq], y[:, mechanism.nq : mechanism.nq + mechanism.nv], spent, log.steps, reason)
 
 
+@lru_cache(maxsize=8)
+def _unused(mechanism: Mechanism, thread: int) -> list[PinPlant]:
+    """Plants of runs of a thread that have ended."""
+    return []
+
+
 def _run(
     mechanism: Mechanism, scene: Scene, settings: Settings, times: ArrayLike | None, progress: Callable[[float], None] | None,
-    watch: ModeWatch, instants: bool,
+    watch: ModeWatch, instants: bool, plant: PinPlant | None = None,
 ) -> tuple[Equations, _Log, Array, float]:  # fmt: skip
     """The equations, the samples, the state at the start and the CPU seconds of a run."""
     if settings.integrator not in PINOCCHIO_INTEGRATORS:
         raise unknown("integrator of pinocchio", settings.integrator, PINOCCHIO_INTEGRATORS)
     samples = sample_grid(scene.duration, settings.timestep, times)
     q, v = initial_state(mechanism, scene)
-    motion = Equations(mechanism, scene.laws, settings.timestep)
+    motion = Equations(mechanism, scene.laws, settings.timestep, plant)
     began = time.thread_time()
     start = motion.start(q, v)
     log = _Log(watch, whole=instants)

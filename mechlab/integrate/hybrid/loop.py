@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -103,7 +104,7 @@ class _Run:
                 raise _Stop(Ending.TOO_MANY)
             dy = np.asarray(self.problem.slope(t, y, modes), dtype=float)
             # At a trial stage the equations may not be finite: the step is rejected and a smaller one is tried.
-            self.lost = self.lost or not np.isfinite(dy).all()
+            self.lost = self.lost or not (math.isfinite(dy.dot(dy)) or np.isfinite(dy).all())
             return dy
 
         return f

@@ -24,8 +24,11 @@ from mechlab.mechanism import Mechanism
 from mechlab.mechanism.batch_dynamics import BatchDynamics
 from mechlab.mechanism.geometry import Array, quaternion_products
 from mechlab.mechanism.kinematics import unit_quaternions
-from mechlab.mechanism.many_poses import ManyPoses, moved
+from mechlab.mechanism.many_poses import moved
+from mechlab.mechanism.many_states import ManyStates
 from mechlab.mechanism.parts import Joint, Shaft
+from mechlab.mechanism.small_systems import solve_positive
+from mechlab.mechanism.state_rows import state_rows
 
 BETWEEN = 0.125
 """Error of interpolation between the states, over its change when every second state is left out."""
@@ -58,7 +61,7 @@ def law_forces(m: Mechanism, scene: Scene, t: Array, q: Array, v: Array) -> dict
         always = applied_force(m, scene.laws, 0.0, TreePlant(m))[1]
         return {name: np.full(len(t), x) for name, x in always.items()}
     laws = CompiledLaws(m, scene.laws)
-    if not (laws.at_once and _scalar(m)):
+    if not laws.at_once:
         return _one_by_one(m, laws, t, q, v)[0]
     dynamics, made = _dynamics(m), []
     for b in dynamics.blocks(len(t)):
@@ -69,8 +72,6 @@ def law_forces(m: Mechanism, scene: Scene, t: Array, q: Array, v: Array) -> dict
 
 def driven(m: Mechanism, scene: Scene, t: Array, q: Array, v: Array) -> tuple[dict[str, Array], Array]:
     """`law_forces`, and (n, nv) accelerations under them: rigid dynamics, without dry friction."""
-    if not _scalar(m):
-        return _with_balls(m, scene, t, q, v)
     laws, dynamics = CompiledLaws(m, scene.laws), _dynamics(m)
     named: dict[str, Array] = {}
     pushes: Array | None = None
@@ -90,20 +91,6 @@ def driven(m: Mechanism, scene: Scene, t: Array, q: Array, v: Array) -> tuple[di
     return named, np.concatenate(found)
 
 
-def _scalar(m: Mechanism) -> bool:
-    return all(j.nv == 1 for j in m.joints)
-
-
-def _with_balls(m: Mechanism, scene: Scene, t: Array, q: Array, v: Array) -> tuple[dict[str, Array], Array]:
-    """`driven` of a mechanism with ball joints: Pinocchio is twenty times as fast as the numpy tree."""
-    laws = CompiledLaws(m, scene.laws)
-    if available("pinocchio"):
-        named, pushes = _one_by_one(m, laws, t, q, v)
-        return named, engine("numpy").accelerations(m, q, v, pushes)
-    plant, found = engine("pinocchio").plant(m), np.empty_like(v)
-    return _one_by_one(m, laws, t, q, v, plant, found)[0], found
-
-
 def _completed(m: Mechanism, laws: CompiledLaws, t: Array, q: Array, v: Array, forces: Array, pushes: Array) -> Array:
     """The forces (n, targets), with those that are not known yet from the states one by one; pushes (n, nv) likewise, in place."""
     left = np.flatnonzero(~np.isfinite(forces).all(axis=1))
@@ -115,21 +102,15 @@ def _completed(m: Mechanism, laws: CompiledLaws, t: Array, q: Array, v: Array, f
     return forces
 
 
-def _one_by_one(
-    m: Mechanism, laws: CompiledLaws, t: Array, q: Array, v: Array, plant: Any = None, accelerations: Array | None = None
-) -> tuple[dict[str, Array], Array]:
-    """`law_forces`, and (n, nv) generalized forces, by a call of the laws for each state. Under them the plant, where one is given,
-    finds the accelerations (n, nv) too, from what it knows of the state by then."""
+def _one_by_one(m: Mechanism, laws: CompiledLaws, t: Array, q: Array, v: Array) -> tuple[dict[str, Array], Array]:
+    """`law_forces`, and (n, nv) generalized forces, by a call of the laws for each state."""
     # most laws see values and rates alone; those that ask for the dynamics get it ten times faster from Pinocchio
     simple = all(law.kind in OF_VALUES_AND_RATES for law in laws.laws)
-    if plant is None:
-        plant = TreePlant(m) if simple or available("pinocchio") else engine("pinocchio").plant(m)
+    plant: Any = TreePlant(m) if simple or available("pinocchio") else engine("pinocchio").plant(m)
     made = []
     for k, x in enumerate(t.tolist()):
         laws.put(x, q[k], v[k])
         made.append(laws.forces(x, plant.set(q[k], v[k], x)))
-        if accelerations is not None:
-            accelerations[k] = plant.accelerations(made[-1][1])[0]
     forces = np.zeros((len(t), len(laws.targets)))
     for row, (x, _) in zip(forces, made, strict=True):
         row[: len(x)] = x  # a law may have come to another joint later on
@@ -215,18 +196,20 @@ def _closed(m: Mechanism, q: Array, v: Array, closings: int = CLOSINGS) -> tuple
     """The nearest closed poses, and the nearest rates that keep them closed."""
     if not m.is_closed:
         return q, v
+    rows = state_rows(m)
     for _ in range(closings):
-        residual, jacobian = _dynamics(m).rows.evaluate(q) if _scalar(m) else ManyPoses(m).set(q).residual_and_jacobian()
-        back = _shortest(jacobian)
-        q = moved(m, q, -(back @ residual[..., None])[..., 0])
+        states = ManyStates(m, q)
+        residual, jacobian = rows.residual(states), rows.jacobian(states)
+        back = _shortest(jacobian, np.stack([residual, (jacobian @ v[..., None])[..., 0]], axis=2))
+        q = moved(m, q, -back[..., 0])
         if largest(residual) < SETTLED:
             break
-    return q, v - (back @ (jacobian @ v[..., None]))[..., 0]
+    return q, v - back[..., 1]
 
 
-def _shortest(jacobian: Array) -> Array:
-    """(n, nv, rows) matrices that take a residual to the shortest step that removes it."""
+def _shortest(jacobian: Array, apart: Array) -> Array:
+    """(n, nv, k) the shortest steps that remove residuals (n, rows, k)."""
     across = np.swapaxes(jacobian, 1, 2)
     small = jacobian @ across
     soft = SOFTENED * np.max(np.abs(small), axis=(1, 2))[:, None, None] * np.eye(small.shape[1])
-    return np.asarray(across @ np.linalg.inv(small + soft))
+    return np.asarray(across @ solve_positive(small + soft, apart))

@@ -9,6 +9,7 @@ from typing import Any
 
 from mechlab.errors import EngineMissing, MechlabError
 from mechlab.experiment.entry import Check, CheckResult, Entry
+from mechlab.kit.path_motion import keeping
 from mechlab.lab.design import Design
 from mechlab.progress import counted, silent
 from mechlab.results import Shown
@@ -82,7 +83,8 @@ def run_checks(designs: Sequence[Design], progress: Callable[[int, int], None] =
     A check that raises MechlabError has failed; one that raises EngineMissing counts as not checked.
     """
     todo = [(design, check) for design in designs for check in checks_of(design.entry)]
-    return CheckReport(tuple(_run(design, check) for design, check in counted(todo, progress)))
+    with keeping():
+        return CheckReport(tuple(_run(design, check) for design, check in counted(todo, progress)))
 
 
 def _run(design: Design, check: Check) -> CheckOutcome:

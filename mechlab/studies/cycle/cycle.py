@@ -13,6 +13,7 @@ import numpy as np
 from mechlab.engines.own.closed_path import ClosedPath, PathPoint, choose_path
 from mechlab.errors import EngineMissing, MechlabError, unknown
 from mechlab.experiment.acting import what_acts
+from mechlab.experiment.findings import SHARED
 from mechlab.experiment.laws import Constant
 from mechlab.experiment.parameters import checked, mechanism_units
 from mechlab.experiment.recording import basic_channels
@@ -20,8 +21,10 @@ from mechlab.experiment.scene import Scene
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.length_unit import is_length
+from mechlab.mechanism.structure import shared_loads
 from mechlab.results import Result
 from mechlab.studies.cycle.quantities import (
+    TRANSMITTED,
     Extremum,
     ReactionTable,
     extremum,
@@ -158,8 +161,11 @@ class Course:
         m, drive = self.path.mechanism, self.path.coordinate
         poses, q, v, a = self._motion(phis)
         found = {drive: phis} | _motion(m, q, v, a)[0]
-        if self.aim is not None and not set(names) <= set(found):
-            found |= transmission(m, drive, self.aim, poses)[0]
+        if not set(names) <= set(found):
+            if any(n.endswith(TRANSMITTED) for n in names) and self.aim is not None:
+                found |= transmission(m, drive, self.aim, poses)[0]
+            else:
+                found |= reactions(m, drive, self.accel, q, v, self.load).columns
         return found if set(names) <= set(found) else self.sample(phis).columns
 
     def _motion(self, phis: Array) -> tuple[list[PathPoint], Array, Array, Array]:
@@ -210,6 +216,8 @@ def run_cycle(
     zero = tuple(n for n, x in columns.items() if _vanishes(n, x, m))
     kept = {n: x for n, x in columns.items() if n not in zero}
     witnesses, missing = _witnesses(m, path.coordinate, accel, found.q, found.v, load, found.table)
+    shared = shared_loads(m)
+    notes += (SHARED.format(", ".join(shared)) + ", there and in the joints between",) if shared else ()
     return CycleResult(
         m, name or m.name, path.coordinate, aim or "", kept, units, (*notes, *missing), zero, witnesses,
         None if normal is None else (float(normal[0]), float(normal[1]), float(normal[2])), course,

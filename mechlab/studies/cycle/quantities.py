@@ -154,6 +154,10 @@ def outputs(m: Mechanism, drive: str, poses: Sequence[PathPoint], named: str | N
     return found[-1] if found else None
 
 
+TRANSMITTED = ("velocity_ratio", "mechanical_advantage", "_transmission_angle")
+"""Ends of the columns of `transmission`."""
+
+
 def transmission(
     m: Mechanism, drive: str, output: str, poses: Sequence[PathPoint]
 ) -> tuple[dict[str, Array], dict[str, str]]:

@@ -21,7 +21,7 @@ from mechlab.formats.model_text import read_text, refuse_far_files
 from mechlab.formats.soundness import sound
 from mechlab.formats.xml_text import parse
 from mechlab.mechanism import Mechanism
-from mechlab.mechanism.structure import Redundancy
+from mechlab.mechanism.redundancy import Redundancy
 from mechlab.results import Shown
 
 ORDER = {"error": 0, "warning": 1, "note": 2}

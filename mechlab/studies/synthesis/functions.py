@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from math import remainder
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mechlab.analytic.function_generation import FunctionFourbar, FunctionTask, chebyshev_points, function_fourbars
+from mechlab.analytic.function_generation import (
+    EXACT,
+    FunctionFourbar,
+    FunctionTask,
+    chebyshev_points,
+    function_fourbars,
+)
+from mechlab.analytic.path_synthesis.sixbar_function import FunctionSixbar, function_sixbars
 from mechlab.errors import MechlabError
 from mechlab.mechanism.newton import Status
 from mechlab.studies.synthesis.built import Built, led, rounded
@@ -28,7 +36,10 @@ SPREAD = 1e-9
 
 
 def function(given: Given) -> SynthesisResult:
-    """Four-bars that generate a function: see `mechlab.analytic.function_generation`. y is a list, or a text such as log10(x)."""
+    """Four-bars that generate a function, or six-bars: see `mechlab.analytic.function_generation` and `path_synthesis.sixbar_function`.
+
+    y is a list, or a text such as log10(x).
+    """
     xs, ys, known, ends = _points(given)
     turn, turn_out = (given.within(k, "rad", np.radians(60.0), -2 * np.pi, 2 * np.pi) for k in ("turn", "turn_out"))
     if turn == 0.0 or turn_out == 0.0:
@@ -47,8 +58,12 @@ def function(given: Given) -> SynthesisResult:
         turn * (xs - low) / (high - low), output(ys), turn, first, first_out, wanted,
         given.within("transmission_angle_min", "rad", np.radians(30.0), 0.0, np.radians(80.0)), given.within("ratio", "", 10.0, 1.0, 1e4),
     )  # fmt: skip
-    ground, limit = given.within("ground", "m", 0.2, 1e-9, 1e9), given.integer("limit", 3, 1, 50)
-    found = function_fourbars(task, given.progress)
+    ground, limit, six = given.within("ground", "m", 0.2, 1e-9, 1e9), given.integer("limit", 3, 1, 50), given.six_bar()
+    if six and not (first is None or first_out is None):
+        raise MechlabError("synthesize function: a six-bar is turned as a whole, so give first or first_out, not both.")
+    found: Sequence[FunctionFourbar | FunctionSixbar] = (
+        function_sixbars(task, progress=given.progress) if six else function_fourbars(task, given.progress)
+    )
     left_out = {"branch": sum(f.defect == "branch" for f in found), "transmission_angle": 0, "engine": 0}
     solutions = list[dict[str, Any]]()
     for f in (f for f in found if not f.defect):
@@ -63,25 +78,27 @@ def function(given: Given) -> SynthesisResult:
                 solutions.append(row)
     data = {
         "count": len(solutions), "solutions": solutions, "left_out": left_out, "precision_points": {"x": xs.tolist(), "y": ys.tolist()},
-        "unknowns": task.unknowns,
+        "unknowns": 11 if six else task.unknowns,
     }  # fmt: skip
+    named = "six-bar" if six else "four-bar"
     if not solutions:
         text = (
-            f"no four-bar generates these {len(xs)} points within a transmission angle of {np.degrees(task.least):.3g} deg and bars of "
+            f"no {named} generates these {len(xs)} points within a transmission angle of {np.degrees(task.least):.3g} deg and bars of "
             f"1 to {task.ratio:g} ({left_out['branch']} jump the branch, {left_out['transmission_angle']} transmit worse). Leave first or "
             "first_out free, change turn or turn_out, take a smaller transmission_angle_min, or more points (then the least squares)"
         )
         return SynthesisResult(given.task, Status.OUT_OF_REACH, text, data)
     best = solutions[0]
-    how = "exactly" if len(xs) <= task.unknowns else f"within {np.degrees(best['point_error']):.4g} deg"
-    text = f"a four-bar meets the {len(xs)} points {how}"
+    exact = len(xs) <= task.unknowns and not six or best["point_error"] < EXACT
+    how = "exactly" if exact else f"within {np.degrees(best['point_error']):.4g} deg"
+    text = f"a {named} meets the {len(xs)} points {how}"
     if known:
         share = 100.0 * best["range_error"] / abs(turn_out)
         text += f"; over the whole range it errs by at most {np.degrees(best['range_error']):.4g} deg, {share:.3g} % of the output range"
-    if best["parameters"]["coupler"] == ground and best["parameters"]["crank"] == best["parameters"]["rocker"]:
+    if not six and best["parameters"]["coupler"] == ground and best["parameters"]["crank"] == best["parameters"]["rocker"]:
         text += "; it is a parallelogram, which any crank makes, and which could fold where it lies flat"
     names = ("range_error", "point_error", "least_transmission_angle", "crank_turns", "first", "first_out")
-    bars = ("crank", "coupler", "rocker", "ground")
+    bars = ("crank", "coupler", "rocker", "ground", *(("link", "output") if six else ()))
     rows = tuple((*(s["parameters"][k] for k in bars), *(s[n] for n in names)) for s in solutions)
     return SynthesisResult(given.task, Status.SOLVED, text, data, (*bars, *names), rows, tuple(s["command"] for s in solutions))
 
@@ -109,21 +126,30 @@ def _points(given: Given) -> tuple[Array, Array, Callable[[Array], Array] | None
     return xs, known(xs), known, ends
 
 
-def _verified(given: Given, f: FunctionFourbar, task: FunctionTask, ground: float) -> dict[str, Any] | None:
-    """The four-bar as an entry, with the output angles that an engine measures; None where the engine does not follow."""
+def _verified(
+    given: Given, f: FunctionFourbar | FunctionSixbar, task: FunctionTask, ground: float
+) -> dict[str, Any] | None:
+    """The linkage as an entry, with the output angles that an engine measures; None where the engine does not follow."""
+    if isinstance(f, FunctionSixbar):
+        f, entry, sizes = _six_parameters(f, task, ground)
+        name = "output_angle"
+    else:
+        entry, name = "path_fourbar", "rocker_angle"
+        sizes = {
+            "ground": ground, "crank": f.crank * ground, "coupler": f.coupler * ground, "rocker": f.rocker * ground, "mode": f.mode,
+            "point": 0.5 * f.coupler * ground, "point_angle": 0.0,
+        }  # fmt: skip
     crank = f.first + np.concatenate([[0.0], task.turned, [task.turn]])
-    bars = {"ground": ground, "crank": f.crank * ground, "coupler": f.coupler * ground, "rocker": f.rocker * ground, "mode": f.mode}
-    path = {"point": 0.5 * f.coupler * ground, "point_angle": 0.0, "first": f.first, "turn": task.turn}
     order = np.argsort(crank * np.sign(task.turn))
-    built = Built("path_fourbar", rounded(bars | path), crank[order])
-    seen = led(given.find, built, ("rocker_angle",))
+    built = Built(entry, rounded(sizes | {"first": f.first, "turn": task.turn}), crank[order])
+    seen = led(given.find, built, (name,))
     if seen is None:
         return None
     witness, values = seen
     errors = f.errors
     if witness:
         angle = np.empty(len(crank))
-        angle[order] = values["rocker_angle"]
+        angle[order] = values[name]
         errors = np.angle(np.exp(1j * (angle[1:-1] - f.first_out - task.output)))
     if np.max(np.abs(errors - f.errors)) > CLOSE:
         return None
@@ -133,3 +159,18 @@ def _verified(given: Given, f: FunctionFourbar, task: FunctionTask, ground: floa
         "first": f.first, "first_out": f.first_out, "measured_by": witness or "closed form",
     }  # fmt: skip
     return replace(built, facts=facts).to_dict()
+
+
+def _six_parameters(f: FunctionSixbar, task: FunctionTask, ground: float) -> tuple[FunctionSixbar, str, dict[str, float | int]]:
+    """The six-bar turned so that its scales begin where they are to, and the parameters of path_stephenson; its point is the joint E."""
+    tilt = task.first - f.first if task.first is not None else task.first_out - f.first_out if task.first_out is not None else 0.0
+    scale, pivot = ground / f.ground, f.pivot * np.exp(1j * tilt)
+    sizes: dict[str, float | int] = {
+        "tilt": remainder(tilt, 2.0 * np.pi), "ground": ground, "crank": scale, "coupler": f.coupler * scale, "rocker": f.rocker * scale,
+        "mode": f.mode, "joint": abs(f.point) * scale, "joint_angle": float(np.angle(f.point)), "link": f.link * scale,
+        "output": f.output * scale, "output_x": pivot.real * scale, "output_y": pivot.imag * scale, "mode_output": f.side,
+        "point": f.link * scale, "point_angle": 0.0,
+    }  # fmt: skip
+    first = remainder(f.first + tilt, 2.0 * np.pi) if task.first is None else task.first
+    first_out = remainder(f.first_out + tilt, 2.0 * np.pi) if task.first_out is None else task.first_out
+    return replace(f, first=first, first_out=first_out), "path_stephenson", sizes

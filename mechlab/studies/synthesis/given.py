@@ -55,6 +55,13 @@ class Given:
             raise MechlabError(f"synthesize {self.task}: {key}: expected {low:g} to {high:g} {unit}".rstrip() + f", got {value:g}.")
         return value
 
+    def six_bar(self) -> bool:
+        """Whether chain=six-bar is asked for; by default it is four-bar."""
+        chain = self.values.get("chain", "four-bar")
+        if chain not in ("four-bar", "six-bar"):
+            raise self.refuse("chain", "four-bar or six-bar")
+        return bool(chain == "six-bar")
+
     def numbers(self, key: str, unit: str, low: int, high: int) -> list[float]:
         """A list of `low` to `high` finite numbers."""
         value = self._raw(key, None, "a,b,c ...")

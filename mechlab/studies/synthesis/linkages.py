@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -10,13 +10,18 @@ import numpy as np
 
 from mechlab.analytic import burmester
 from mechlab.analytic.path_synthesis.curves import COUPLER, LINK, Array
-from mechlab.analytic.path_synthesis.path import EXACT, PathLinkage, PathTask, path_fivebars, path_fourbars
+from mechlab.analytic.path_synthesis.path import path_fivebars, path_fourbars
+from mechlab.analytic.path_synthesis.sixbar import ARM, PIVOT, ROD, TIP, Sixbar, both_modes
+from mechlab.analytic.path_synthesis.sixbar_path import path_sixbars
+from mechlab.analytic.path_synthesis.task import EXACT, PathLinkage, PathTask
 from mechlab.mechanism.newton import Status
 from mechlab.progress import counted, part
 from mechlab.studies.synthesis.built import Built, led, rounded
 from mechlab.studies.synthesis.given import Given
 from mechlab.studies.synthesis.result import SynthesisResult, found_rows
 
+NAMED = {"path_fourbar": "a four-bar", "path_fivebar": "a geared five-bar", "path_stephenson": "a Stephenson six-bar",
+         "path_watt": "a Watt six-bar"}  # fmt: skip
 POINTS = 200
 """Most points of a path."""
 CLOSE = 1e-7
@@ -62,9 +67,9 @@ def _leading(f: burmester.LeadingFourbar, places: Array, angles: Array) -> Built
 
 
 def path(given: Given) -> SynthesisResult:
-    """Four-bars, and geared five-bars where those do not reach, whose coupler point passes through points in their order.
+    """Four-bars, and geared five-bars where those do not reach, or six-bars, whose point passes through points in their order.
 
-    See `mechlab.analytic.path_synthesis.path`; each linkage is led along its path by an engine.
+    See `mechlab.analytic.path_synthesis.path` and `sixbar_path`; each linkage is led along its path by an engine.
     """
     x = given.numbers("x", "m", 3, POINTS)
     y = given.numbers("y", "m", len(x), len(x))
@@ -75,18 +80,19 @@ def path(given: Given) -> SynthesisResult:
         targets, timing, given.within("size", "m", 10.0 * extent, 0.1 * extent, 1e6 * extent),
         given.within("transmission_angle_min", "rad", np.radians(10.0), 0.0, np.radians(80.0)),
     )  # fmt: skip
-    limit = given.integer("limit", 3, 1, 50)
-    bars = path_fourbars(task, part(given.progress, 0, 50))
-    chosen, left_out = _kept(bars, task)
+    limit, six = given.integer("limit", 3, 1, 50), given.six_bar()
+    bars = path_fourbars(task, part(given.progress, 0, 30 if six else 50))
+    found = path_sixbars(task, bars, progress=part(given.progress, 30, 90)) if six else bars
+    chosen, left_out = _kept(found, task)
     exact = bool(chosen) and float(np.max(chosen[0].distances)) < EXACT * extent
-    if not exact:
+    if not exact and not six:
         gears, more = _kept(path_fivebars(task, bars, part(given.progress, 50, 80)), task)
         best = chosen[0].squares if chosen else np.inf
         chosen = [*chosen[:limit], *(g for g in gears if g.squares < 0.99 * best)][: 2 * limit]
         left_out = {k: n + more[k] for k, n in left_out.items()}
     solutions = list[dict[str, Any]]()
-    for f in counted(chosen, part(given.progress, 80, 100)):
-        if len(solutions) == (limit if exact else 2 * limit):
+    for f in counted(chosen, part(given.progress, 90 if six else 80, 100)):
+        if len(solutions) == (limit if exact or six else 2 * limit):
             break
         row = _verified(given, f, task)
         if row is None:
@@ -95,27 +101,32 @@ def path(given: Given) -> SynthesisResult:
             solutions.append(row)
     data = {"count": len(solutions), "solutions": solutions, "left_out": left_out, "points": len(x), "timed": task.timed}
     if not solutions:
-        text = (
-            f"no linkage passes near these {len(x)} points in their order with a transmission angle of {np.degrees(task.least):.3g} deg "
-            f"and bars up to {task.size:.4g} m ({left_out['branch']} would have to be taken apart, {left_out['order']} meet the points in "
-            "another order). Try a smaller transmission_angle_min, a larger size, or fewer points"
-        )
-        return SynthesisResult(given.task, Status.OUT_OF_REACH, text, data)
-    first = solutions[0]
-    how = "exactly" if exact else f"within {first['worst']:.4g} m (sum of squares {first['squares']:.6g} m2)"
-    text = f"{_named(first)} passes through the {len(x)} points {how}"
-    better = [s for s in solutions if s["entry"] == "path_fivebar"]
-    if better and first["entry"] != "path_fivebar":
-        text += f", {_named(better[0])} within {better[0]['worst']:.4g} m (sum of squares {better[0]['squares']:.6g} m2)"
+        return SynthesisResult(given.task, Status.OUT_OF_REACH, _out_of_reach(task, left_out), data)
+    text = f"{NAMED[solutions[0]['entry']]} passes through the {len(x)} points {_how(solutions[0], exact)}"
+    better = next((s for s in solutions if s["entry"] == "path_fivebar"), None)
+    if six and (four := _kept(bars, task)[0]):
+        better = {"entry": "path_fourbar", "worst": float(np.max(four[0].distances)), "squares": four[0].squares}
+        data["best_fourbar"] = {k: better[k] for k in ("worst", "squares")}
+    if better and better["entry"] != solutions[0]["entry"]:
+        text += f", {NAMED[better['entry']]} {_how(better, better['worst'] < EXACT * extent)}"
     text += f"; left out: {left_out['branch']} that jump the branch, {left_out['order']} the order"
     names = ("entry", "worst", "squares", "least_transmission_angle", "crank_turns")
-    rows = tuple((*(s[n] for n in names), *(s["parameters"][k] for k in ("crank", "coupler", "ground"))) for s in solutions)
-    commands = tuple(s["command"] for s in solutions)
-    return SynthesisResult(given.task, Status.SOLVED, text, data, (*names, "crank", "coupler", "ground"), rows, commands)
+    sizes = ("crank", "coupler", "ground", *(("link", "output") if six else ()))
+    rows = tuple((*(s[n] for n in names), *(s["parameters"][k] for k in sizes)) for s in solutions)
+    return SynthesisResult(given.task, Status.SOLVED, text, data, (*names, *sizes), rows, tuple(s["command"] for s in solutions))
 
 
-def _named(solution: dict[str, Any]) -> str:
-    return "a four-bar" if solution["entry"] == "path_fourbar" else "a geared five-bar"
+def _how(solution: Mapping[str, Any], exact: bool) -> str:
+    return "exactly" if exact else f"within {solution['worst']:.4g} m (sum of squares {solution['squares']:.6g} m2)"
+
+
+def _out_of_reach(task: PathTask, left_out: Mapping[str, int]) -> str:
+    return (
+        f"no linkage passes near these {len(task.targets)} points in their order with a transmission angle of "
+        f"{np.degrees(task.least):.3g} deg and bars up to {task.size:.4g} m ({left_out['branch']} would have to be "
+        f"taken apart, {left_out['order']} meet the points in another order). Try a smaller transmission_angle_min, "
+        "a larger size, or fewer points"
+    )
 
 
 def _kept(found: Iterable[PathLinkage], task: PathTask) -> tuple[list[PathLinkage], dict[str, int]]:
@@ -131,8 +142,11 @@ def _kept(found: Iterable[PathLinkage], task: PathTask) -> tuple[list[PathLinkag
 def _verified(given: Given, f: PathLinkage, task: PathTask) -> dict[str, Any] | None:
     """The linkage as an entry, with what an engine measures at its points; None where the engine does not follow."""
     crank = f.angles + float(np.angle(complex(f.row[2], f.row[3])))
-    entry = "path_fivebar" if f.ratio else "path_fourbar"
-    built = Built(entry, rounded(_parameters(f.row, f.mode, f.ratio, crank)), crank)
+    if isinstance(f.curve, Sixbar):
+        entry, sizes = "path_watt" if f.curve.on_rocker else "path_stephenson", _six_parameters(f, crank)
+    else:
+        entry, sizes = "path_fivebar" if f.ratio else "path_fourbar", _parameters(f.row, f.mode, f.ratio, crank)
+    built = Built(entry, rounded(sizes), crank)
     seen = led(given.find, built, ("P_x", "P_z"))
     if seen is None:
         return None
@@ -164,3 +178,17 @@ def _parameters(row: Array, mode: int, ratio: int, crank: Sequence[float] | Arra
     phase = float(np.angle(np.exp(1j * (np.angle(v) - ratio * np.angle(w)))))
     gears = {"second": abs(v), "gear_ratio": ratio, "phase": phase, "coupler": float(row[COUPLER]), "link": float(row[LINK])}
     return place | gears | end
+
+
+def _six_parameters(f: PathLinkage, crank: Array) -> dict[str, float | int]:
+    """Parameters of path_stephenson, or of path_watt, from a row of `sixbar`."""
+    mode, side = (int(m) for m in both_modes(np.array(f.mode)))
+    s, q = (complex(f.row[k], f.row[k + 1]) for k in (PIVOT, TIP))
+    four = _parameters(f.row, mode, 0, crank)
+    on: dict[str, float | int] = {"joint": four["point"], "joint_angle": four["point_angle"]}
+    if isinstance(f.curve, Sixbar) and f.curve.on_rocker:
+        on |= {"arm": abs(s), "arm_angle": float(np.angle(s))}
+    else:
+        on |= {"output_x": s.real, "output_y": s.imag}
+    end = {"mode_output": side, "point": abs(q), "point_angle": float(np.angle(q))}
+    return four | on | {"link": float(f.row[ROD]), "output": float(f.row[ARM])} | end

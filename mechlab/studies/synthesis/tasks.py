@@ -18,9 +18,9 @@ from mechlab.studies.synthesis.segments import dwell, straight_line
 
 TASKS: dict[str, tuple[tuple[str, ...], Callable[[Given], SynthesisResult]]] = {
     "motion": (("x", "y", "angle"), motion),
-    "path": (("x", "y", "angle", "size", "transmission_angle_min", "limit"), path),
+    "path": (("x", "y", "angle", "chain", "size", "transmission_angle_min", "limit"), path),
     "function": (
-        ("x", "y", "points", "turn", "turn_out", "first", "first_out", "ratio", "transmission_angle_min", "ground", "limit"),
+        ("x", "y", "points", "turn", "turn_out", "first", "first_out", "chain", "ratio", "transmission_angle_min", "ground", "limit"),
         function,
     ),
     "straight_line": (("length", "angle", "size", "transmission_angle_min", "limit"), straight_line),

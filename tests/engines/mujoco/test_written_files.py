@@ -30,6 +30,10 @@ def palletizer(stiffness: float = 2000.0, damping: float = 100.0) -> Mechanism:
     return b.build()
 
 
+MOST_STEPS = 20_000
+"""Andrews' mechanism moves in milliseconds and is stepped as finely."""
+
+
 def plain_run(model: mujoco.MjModel, seconds: float = 1.0) -> tuple[float, float]:
     """The time that plain steps from the keyframe reach before a bad state, and the largest acceleration until then."""
     data = mujoco.MjData(model)
@@ -104,5 +108,7 @@ def test_saving_from_python_warns(tmp_path: Path) -> None:
 @pytest.mark.machine
 @pytest.mark.parametrize("name", catalog.NAMES)
 def test_the_files_of_the_catalog_run_in_plain_mujoco(name: str) -> None:
-    reached, fastest = plain_run(mujoco.MjModel.from_xml_path(str(MODELS / name / f"{name}.xml")))
-    assert reached > 0.99 and np.isfinite(fastest)
+    model = mujoco.MjModel.from_xml_path(str(MODELS / name / f"{name}.xml"))
+    seconds = min(1.0, MOST_STEPS * model.opt.timestep)
+    reached, fastest = plain_run(model, seconds)
+    assert reached > 0.99 * seconds and np.isfinite(fastest)

@@ -14,7 +14,8 @@ from mechlab.engines.mujoco.closure import equality_rows
 from mechlab.engines.mujoco.control import engine
 from mechlab.engines.mujoco.model_file.spins import local_freedoms
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.structure import Redundancy, null_space, repetitions
+from mechlab.mechanism.redundancy import Redundancy, repetitions
+from mechlab.mechanism.structure import null_space
 
 PUSH = 1e-3
 """v^T M v of a push with rates v, over weight x size of the model."""
