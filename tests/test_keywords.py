@@ -29,7 +29,10 @@ LIKE: dict[str, dict[str, str]] = {
     "cycle": {
         "drive": "--drive", "output": "--output", "points": "--points", "span": "--span", "fidelity": "--fidelity", "out": "-o",
     },
-    "fit": {"free": "--free", "noise": "--noise", "scene": "--scene", "fidelity": "--fidelity", "engine": "--engine", "out": "-o"},
+    "fit": {
+        "free": "--free", "noise": "--noise", "scene": "--scene", "fidelity": "--fidelity", "engine": "--engine", "starts": "--starts",
+        "out": "-o",
+    },
     "generate": {"out": "-o", "fidelity": "--fidelity", "also": "--also"},
     "modes": {"scene": "--scene", "fidelity": "--fidelity", "free": "--free", "out": "-o", "html": "--html", "only": "--mode"},
     "optimize": {

@@ -217,6 +217,7 @@ COMMANDS: dict[tuple[str, str], list[Differ | Writes | Refused]] = {
     ("fit", "--scene"): [Refused(f"{FIT} --scene free-run", "over time"), Refused(f"{FIT_RUN} --scene no", "'no'")],
     ("fit", "--fidelity"): [Refused(f"{FIT} --fidelity minimal", "over time"), Refused(f"{FIT_RUN} --fidelity no", "'no'")],
     ("fit", "--engine"): [Differ(FIT, "--engine mujoco"), Differ(FIT_RUN, "--engine pinocchio")],
+    ("fit", "--starts"): [Differ(FIT, "--starts 3"), Refused(f"{FIT} --starts 0", "at least 1")],
     ("fit", "-o"): [Writes(f"{FIT} -o {{}}/f", "f/fit.png")],
     ("workspace", "--against"): [Differ("workspace delta6 x=-.3:.3:9 y=-.3:.3:9 z=-.3:.3:9", "--against rod_length=.4")],
     ("workspace", "--witness"): [

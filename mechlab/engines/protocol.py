@@ -115,7 +115,9 @@ class Engine:
         ends = [f.sentence for f in made.health.findings if f.name == "blow_up"]
         return Trace(made.q, made.v, made.cost.cpu_s, made.cost.steps, ends[0] if ends else "", made.cost.evaluations)
 
-    def stepper(self, mechanism: Mechanism, scene: Scene, settings: Settings, between: float) -> Any:
+    def stepper(
+        self, mechanism: Mechanism, scene: Scene, settings: Settings, between: float, constraints: str = "", friction: str = ""
+    ) -> Any:
         """A trace that can be continued (`advance(outputs)`), outputs `between` [s] apart; None where it cannot."""
         return None
 

@@ -108,7 +108,9 @@ class Method:
         found: Stepper | None = None
         if self.engine != OWN and self.control == "step" and self.constraints != "extrapolated":
             between = problem.scene.duration / problem.outputs
-            found = engine(self.engine).stepper(problem.mechanism, problem.scene, self.settings(value), between)
+            found = engine(self.engine).stepper(
+                problem.mechanism, problem.scene, self.settings(value), between, self.constraints, self.friction
+            )
         return found or _Again(self, problem, value)
 
 

@@ -9,7 +9,6 @@ from typing import Any
 from mechlab.experiment.parameters import describe
 from mechlab.experiment.question import Question
 from mechlab.lab.design import Design, initial_keys
-from mechlab.lab.gear_trains.train import train_mechanism
 from mechlab.mechanism.report import Rows, freedom_sentences, part_tables
 from mechlab.mechanism.structure import structure
 from mechlab.results import Shown
@@ -97,8 +96,11 @@ def describe_design(design: Design, fidelity: str | None = None) -> Description:
         tuple((n + (" (default)" if n == design.default_scene else ""), r.text) for n, r in entry.scenes.items()),
     )
     headers, asked = question_rows(entry.questions)
-    if level != "kinematic" and not design.mechanism(level).loops and train_mechanism(design) is not None:
-        asked += TRAIN_QUESTIONS
+    if level != "kinematic" and not design.mechanism(level).loops:
+        from mechlab.lab.gear_trains.train import train_mechanism  # a linkage does without
+
+        if train_mechanism(design) is not None:
+            asked += TRAIN_QUESTIONS
     if asked:
         tables["Questions"] = (headers, asked)
     if entry.sources:

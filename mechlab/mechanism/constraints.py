@@ -173,12 +173,10 @@ class DistanceConstraint:
         return np.array([(dd @ dd + (pb - pa) @ acc) / self.loop.length])
 
 
-@dataclass(frozen=True)
-class RelationConstraint:
-    """The one row of a LinearRelation: sum of coefficient x coordinate. Its Jacobian is constant, its bias zero."""
+class _OneRow:
+    """What couples joints by one row, which has its name."""
 
-    relation: LinearRelation
-    mechanism: Mechanism
+    relation: LinearRelation | CurveRelation
 
     @property
     def name(self) -> str:
@@ -189,6 +187,14 @@ class RelationConstraint:
     def rows(self) -> tuple[str, ...]:
         """The one row name: that of the relation."""
         return (self.name,)
+
+
+@dataclass(frozen=True)
+class RelationConstraint(_OneRow):
+    """The one row of a LinearRelation: sum of coefficient x coordinate. Its Jacobian is constant, its bias zero."""
+
+    relation: LinearRelation
+    mechanism: Mechanism
 
     def residual(self, kin: Kinematics) -> Array:
         """(1,) [rad or m]."""
@@ -206,21 +212,11 @@ class RelationConstraint:
 
 
 @dataclass(frozen=True)
-class CurveConstraint:
+class CurveConstraint(_OneRow):
     """The one row of a CurveRelation: output - f(input), values of the two joints."""
 
     relation: CurveRelation
     mechanism: Mechanism
-
-    @property
-    def name(self) -> str:
-        """Name of the relation."""
-        return self.relation.name
-
-    @property
-    def rows(self) -> tuple[str, ...]:
-        """The one row name: that of the relation."""
-        return (self.name,)
 
     @cached_property
     def _places(self) -> tuple[int, int, int, int, float, float]:

@@ -6,7 +6,6 @@ import asyncio
 import contextlib
 import ipaddress
 import json
-import re
 import secrets
 import socket
 import sys
@@ -23,13 +22,11 @@ from tornado import httpserver, web, websocket
 
 from mechlab.errors import MechlabError
 from mechlab.viewer.html_page import packed_story, page_of
+from mechlab.viewer.messages import LARGEST_MESSAGE, read_message, wanted_values
 from mechlab.viewer.pack import quaternions
 from mechlab.viewer.story import Story, frozen
 
 _STARTUP_SECONDS = 10.0
-_LARGEST_MESSAGE = 1_000_000  # bytes that a browser may send at once: the JSON of a large model
-_DEEPEST_MESSAGE = 8  # lists and objects in each other in a message
-_MOST_TEXT = 2000  # characters of one value
 
 
 @dataclass(frozen=True)
@@ -234,7 +231,7 @@ class Server:
         arguments = {"server": self}
         application = web.Application(
             [("/", _Page, arguments), ("/live", _Live, arguments)],
-            websocket_max_message_size=_LARGEST_MESSAGE,
+            websocket_max_message_size=LARGEST_MESSAGE,
         )
         server = httpserver.HTTPServer(application)
         self._loop.call_soon(server.add_sockets, [self._socket])
@@ -358,31 +355,3 @@ def _look_at(sent: asyncio.Future[None]) -> None:
 
 def _discard(_: object) -> None:
     return None
-
-
-def read_message(message: str | bytes) -> dict[str, Any]:
-    """The object in a message of a browser; {} for everything else, and for what is too large or too deep to be parsed."""
-    if not isinstance(message, str) or len(message) > _LARGEST_MESSAGE or _depth(message) > _DEEPEST_MESSAGE:
-        return {}
-    try:
-        sent = json.loads(message)
-    except ValueError:
-        return {}
-    return sent if isinstance(sent, dict) else {}
-
-
-def wanted_values(sent: Mapping[str, Any]) -> dict[str, str] | None:
-    """The parameters in a message of a browser; None where it has none, or others than texts of a sensible length."""
-    values = sent.get("values") if sent.get("type") == "values" else None
-    if not isinstance(values, dict) or not values:
-        return None
-    return values if all(isinstance(x, str) and len(x) <= _MOST_TEXT for x in values.values()) else None
-
-
-def _depth(message: str) -> int:
-    """How many lists and objects stand in each other in a JSON text."""
-    deepest = depth = 0
-    for bracket in re.findall(r"[\[\]{}]", re.sub(r'"(?:[^"\\]|\\.)*"', "", message)):
-        depth += 1 if bracket in "[{" else -1
-        deepest = max(deepest, depth)
-    return deepest

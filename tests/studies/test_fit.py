@@ -235,3 +235,56 @@ def test_a_result_is_a_line_a_text_and_html() -> None:
     found = ml.fit("fourbar", fourbar_data(), crank=Range(0.05, 0.2))
     assert repr(found).startswith("Fit of fourbar: crank = 0.1") and "95 % interval" in found.text()
     assert "<table>" in found._repr_html_()
+
+
+# -- local least squares ----------------------------------------------------------------------------------------------------
+
+
+def swinging(length: float) -> dict[str, Any]:
+    t = np.linspace(0.0, 4.0, 50)
+    clean = clean_run("pendulum", "swing", {"length": length, "angle_0": 0.5}, ("angle",), t)
+    return noisy(clean, {"angle": 2e-3}, 1)
+
+
+def test_a_start_periods_away_from_the_truth_is_recovered_from() -> None:
+    """Six swings against the three of the default length: a single search ends at another number of swings."""
+    data, where = swinging(0.35), {"length": (0.1, 3.0), "angle_0": 0.5}
+    alone = ml.fit("pendulum", data, where, scene="swing", starts=1)
+    assert abs(alone["length"].value - 0.35) > 0.1 and alone.is_doubtful and "local least square" in alone.notes[0]
+    found = ml.fit("pendulum", data, where, scene="swing")  # the doubtful end makes it try others
+    assert found.exit_code == 0 and found.tried is not None and found.tried.count == 8
+    assert abs(found["length"].value - 0.35) < 4.0 * found["length"].error < 1e-3
+    assert found.tried.ends[0].count >= 2 and len(found.tried.ends) >= 2  # some come to the local ones
+    # D of white residuals: n ln(mean squares ratio)
+    ratio = alone.channels["angle"].rms / found.channels["angle"].rms
+    local = min(found.tried.ends[1:], key=lambda e: abs(e.values["length"] - alone["length"].value))
+    if abs(local.values["length"] - alone["length"].value) < 1e-2:
+        assert local.behind == pytest.approx(2.0 * 50 * np.log(ratio), rel=1e-2)
+    assert "local least squares that are far less likely" in str(found)
+    assert found.to_dict()["starts"]["count"] == 8
+
+
+TWO_SIGNS = """
+from mechlab.mechanism import Builder, revolute
+def bar(a=0.7):
+    b = Builder('bar')
+    b.bar('bar', revolute('hinge', 'y', damping=a * a), 0.4, mass=0.5)
+    return b.build()
+"""
+
+
+def test_values_that_fit_as_well_are_stated(tmp_path: Path) -> None:
+    """The damping is the square of the parameter: both signs give the same motion, and no search can tell which is meant."""
+    file = tmp_path / "bar.py"
+    file.write_text(TWO_SIGNS)
+    t = np.linspace(0.0, 1.0, 20)
+    run = ml.simulate(f"{file}:bar", {"a": 0.1, "hinge_0": 0.5}, duration=1.0, at=t.tolist())
+    hinge = np.array([run.at("hinge", x) for x in t]) + np.random.default_rng(2).normal(0.0, 1e-3, 20)
+    data = {"t [s]": t, "hinge [rad]": hinge}
+    found = ml.fit(f"{file}:bar", data, {"a": (-0.5, 0.5), "hinge_0": 0.5}, starts=4)
+    assert found.exit_code == 3 and "other values fit as well" in found.message
+    assert found.tried is not None
+    signs = sorted(e.values["a"] for e in found.tried.ends if e.behind < 1e-3)
+    np.testing.assert_allclose(signs, [-0.1, 0.1], atol=5e-3)
+    with pytest.raises(MechlabError, match="at least 1"):
+        ml.fit(f"{file}:bar", data, {"a": (-0.5, 0.5), "hinge_0": 0.5}, starts=0)

@@ -73,6 +73,23 @@ def clutch_torque(knife: Knife, rest: float) -> float:
     return float(np.max(-slope * knife.cuts(place, slope))) * 2.0 * math.pi / (2.0 * math.pi - rest)
 
 
+def crank_inertia(knife: Knife, pins: ArrayLike, crankshaft: float, knife_mass: float, rod_mass: float) -> float:
+    """Inertia [kg m2] about its axis of a crankshaft with a slider-crank at each angle of its pins (k,) [rad], rods as uniform bars, at
+    these angles: the sum of mass x (velocity at a rate of 1)^2; a bar with the end velocities a, b has m (a^2 + a b + b^2) / 3."""
+    pin = np.asarray(pins, dtype=float)
+    slope = knife.place(pin)[1]
+    ends = np.square(knife.throw) + knife.throw * np.cos(pin) * slope + slope**2
+    return float(crankshaft + np.sum(knife_mass * slope**2 + rod_mass * ends / 3.0))
+
+
+def engagement(driving: float, driven: float, slip: float, torque: float) -> tuple[float, float]:
+    """Energy [J] that a clutch loses as it brings two inertias [kg m2] with a difference of speeds [rad/s] to one speed, and the time
+    [s] for which it slips with its torque [N m]: J w^2 / 2 and J w / torque with J = J1 J2 / (J1 + J2). The loss is the same for
+    every torque, that of teeth that engage at once included."""
+    inertia = driving * driven / (driving + driven)
+    return 0.5 * inertia * slip**2, inertia * slip / torque
+
+
 PHI = np.linspace(0.0, 2.0 * math.pi, 1441)
 
 

@@ -18,7 +18,7 @@ from mechlab.catalog.gear_linkage.build import (
     warnings,
 )
 from mechlab.catalog.gear_linkage.checks import CHECKS
-from mechlab.catalog.gear_linkage.claims import CLAIMS
+from mechlab.catalog.gear_linkage.claims_clutch import CLAIMS
 from mechlab.catalog.gear_linkage.figures import FIGURES
 from mechlab.catalog.gear_linkage.questions import QUESTIONS
 from mechlab.experiment.entry import Entry, PlotRecipe

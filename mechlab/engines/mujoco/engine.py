@@ -39,7 +39,6 @@ class Mujoco(Engine):
 
     versions = staticmethod(versions)
     plant = staticmethod(StateOfMujoco)
-    stepper = staticmethod(Steps)
     small_motions = staticmethod(MujocoSmallMotions)
     file_size = staticmethod(file_size)
     motion_forces = staticmethod(motion_forces)
@@ -69,6 +68,12 @@ class Mujoco(Engine):
         if constraints == "extrapolated":
             return extrapolated(mechanism, scene, settings, outputs)
         return trace(mechanism, scene, settings, outputs)
+
+    def stepper(
+        self, mechanism: Mechanism, scene: Scene, settings: Settings, between: float, constraints: str = "", friction: str = ""
+    ) -> Steps:
+        """See `mechlab.engines.mujoco.trace.Steps`."""
+        return Steps(mechanism, scene, settings, between)
 
     def session(
         self, mechanism: Mechanism, scene: Scene, settings: Settings, seen: Observed, substeps: int = 1,

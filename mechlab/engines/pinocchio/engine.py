@@ -18,7 +18,7 @@ from mechlab.engines.pinocchio.kinematics import frame_motion
 from mechlab.engines.pinocchio.model import file_size
 from mechlab.engines.pinocchio.reactions import loop_loads, motion_forces
 from mechlab.engines.pinocchio.runner import run, versions
-from mechlab.engines.pinocchio.trace import GAINS, Stabilisation, fits, trace
+from mechlab.engines.pinocchio.trace import GAINS, Stabilisation, Steps, fits, trace
 from mechlab.engines.protocol import Engine
 from mechlab.experiment.acting import is_rough, why_no_smooth_tree
 from mechlab.experiment.laws import Law
@@ -57,6 +57,14 @@ class Pinocchio(Engine):
             return trace_friction(mechanism, scene, settings, outputs, friction)
         soft = settings.integrator == "LSODA" or constraints not in GAINS
         return trace(mechanism, scene, settings, outputs, Stabilisation(*GAINS["soft" if soft else constraints]))
+
+    def stepper(
+        self, mechanism: Mechanism, scene: Scene, settings: Settings, between: float, constraints: str = "", friction: str = ""
+    ) -> Steps | None:
+        """See `mechlab.engines.pinocchio.trace.Steps`."""
+        if friction or settings.integrator in ("DOP853", "LSODA") or not fits(mechanism, scene.laws):
+            return None
+        return Steps(mechanism, scene, settings, between, Stabilisation(*GAINS[constraints if constraints in GAINS else "soft"]))
 
     def refuses(
         self, mechanism: Mechanism, scene: Scene, settings: Settings, constraints: str = "", friction: str = ""

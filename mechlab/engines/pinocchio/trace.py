@@ -162,35 +162,52 @@ def _contacts(made: PinModel, kp: float, kd: float) -> pin.StdVec_RigidConstrain
     return out
 
 
+class Steps:
+    """A run of a scene that `fits`, with RK4 or semi_implicit_Euler, that can be continued; the timestep must divide `between`, the time
+    between outputs [s]."""
+
+    def __init__(
+        self, mechanism: Mechanism, scene: Scene, settings: Settings, between: float, stabilisation: Stabilisation
+    ) -> None:
+        self.between, self.each = between, max(1, round(between / settings.timestep))
+        self.h = h = between / self.each
+        kp, kd = stabilisation.position / h**2, stabilisation.velocity / h
+        self.dynamics = ConstrainedDynamics(mechanism, scene.laws, kp, kd, stabilisation.mu)
+        self.step = _rk4 if settings.integrator == "RK4" else _semi_implicit
+        self.done, self.state = 0, initial_state(mechanism, scene)
+
+    def advance(self, outputs: int) -> Trace:
+        """The present state and the states after each of `outputs` further intervals `between`."""
+        q, v = self.state
+        qs, vs, reason, step, f, h = [q], [v], "", self.step, self.dynamics, self.h
+        began = time.thread_time()
+        for k in range(self.done, self.done + outputs):
+            for i in range(self.each):
+                q, v = step(f, k * self.between + i * h, q, v, h)
+            if not np.max(np.abs(v)) < RATE_LIMIT:
+                reason = f"diverged before t = {(k + 1) * self.between:.4g} s"
+                break
+            qs.append(q)
+            vs.append(v)
+        spent = time.thread_time() - began
+        self.state, self.done = (q, v), self.done + outputs
+        return Trace(np.array(qs), np.array(vs), spent, (len(qs) - (not reason)) * self.each, reason)
+
+
 def trace(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int, stabilisation: Stabilisation) -> Trace:
     """A scene at `outputs` + 1 even times: RK4 and semi_implicit_Euler with fixed steps that divide their distance, DOP853
     and, for trees, LSODA with the tolerance of the settings (Baumgarte gains are those of a step of one output distance)."""
-    times = np.linspace(0.0, scene.duration, outputs + 1)
     if not fits(mechanism, scene.laws):
-        return states(mechanism, scene, settings, times)
+        return states(mechanism, scene, settings, np.linspace(0.0, scene.duration, outputs + 1))
     between = scene.duration / outputs
-    each = 1 if settings.integrator in ("DOP853", "LSODA") else max(1, round(between / settings.timestep))
-    h = between / each
-    kp, kd = stabilisation.position / h**2, stabilisation.velocity / h
+    if settings.integrator not in ("DOP853", "LSODA"):
+        return Steps(mechanism, scene, settings, between, stabilisation).advance(outputs)
+    times = np.linspace(0.0, scene.duration, outputs + 1)
+    kp, kd = stabilisation.position / between**2, stabilisation.velocity / between
     dynamics = ConstrainedDynamics(mechanism, scene.laws, kp, kd, stabilisation.mu)
     q, v = initial_state(mechanism, scene)
-    if settings.integrator == "DOP853":
-        return _adaptive(dynamics, q, v, times, settings.tolerance)
-    if settings.integrator == "LSODA":
-        return _lsoda(dynamics, q, v, times, settings.tolerance)
-    step = _rk4 if settings.integrator == "RK4" else _semi_implicit
-    qs, vs, spent = [q], [v], 0.0
-    for k in range(outputs):
-        began = time.thread_time()
-        for i in range(each):
-            q, v = step(dynamics, times[k] + i * h, q, v, h)
-        spent += time.thread_time() - began
-        if not np.max(np.abs(v)) < RATE_LIMIT:
-            reason = f"diverged before t = {times[k + 1]:.4g} s"
-            return Trace(np.array(qs), np.array(vs), spent, (k + 1) * each, reason)
-        qs.append(q)
-        vs.append(v)
-    return Trace(np.array(qs), np.array(vs), spent, outputs * each)
+    adaptive = _adaptive if settings.integrator == "DOP853" else _lsoda
+    return adaptive(dynamics, q, v, times, settings.tolerance)
 
 
 Dynamics = Callable[[float, Array, Array], Array]

@@ -9,6 +9,7 @@ import math
 import platform
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import scipy
@@ -99,17 +100,23 @@ def _to_error(design: Design, scene: Scene, max_error: float, at: Sequence[float
     suffice = set(scene.needs) <= STATES_SUFFICE and not remembers and not has_kinks(scene)
     with spent_on("probe"):
         most = default_budget(scene.duration) if budget is None else budget
-        scene, result = _solved(design, scene, max_error, suffice, most)
+        times = np.union1d(np.linspace(0.0, scene.duration, OUTPUTS + 1), np.asarray(at, dtype=float)).tolist()
+        record = None if suffice else partial(_run, design, times=times)
+        scene, result = _solved(design, scene, max_error, suffice, most, record)
     move_cost("probe", "integrate", result.run_s)
     suffice = suffice and result.settings.engine in ("mujoco", "pinocchio")
     if result.motion is not None or result.extrapolated or suffice:
         return ControlledRun(_confirmed(recording_of(m, scene, result, at), result), _of_states(m, scene, result, at))
-    times = np.union1d(result.t, np.asarray(at, dtype=float)).tolist()
-    made = _run(design, scene, result.settings, times)
+
+    def run(scene: Scene, settings: Settings, share: float = 1.0) -> Recording:
+        known = result.recorded.get(settings.timestep) if share == 1.0 else None
+        return _run(design, scene, settings, times) if known is None else replace(known, settings=settings)
+
+    made = run(scene, result.settings)
     with spent_on("probe"):
         difference = _difference(design, scene, result, made)
         more = 1.0 + difference / result.estimate if result.estimate > 0.0 else 1.0
-        others = _compared(result, lambda n: _run(design, _captured(scene, n), n.settings, times), more)
+        others = _compared(result, lambda n: run(_captured(scene, n), n.settings, n.captured), more)
         other = other_softness(m, result.settings)
         if others and other is not None:
             others += ((_run(design, scene, other, times), 1.0),)
@@ -138,17 +145,19 @@ def _confirmed(made: Recording, result: Solution) -> Recording:
     return replace(made, health=Health(found))
 
 
-def _solved(design: Design, scene: Scene, max_error: float, sparse: bool, budget: float) -> tuple[Scene, Solution]:
+def _solved(
+    design: Design, scene: Scene, max_error: float, sparse: bool, budget: float, record: Callable[[Scene, Settings], Recording] | None
+) -> tuple[Scene, Solution]:
     """The solution, and the scene with the capture times of held rates that it needed."""
     before = work_done()
-    found = scene, solve_to(design, scene, max_error, OUTPUTS, sparse, budget)
+    found = scene, solve_to(design, scene, max_error, OUTPUTS, sparse, budget, record)
     for _ in range(CAPTURES):
         result, left = found[1], budget - (work_done() - before)
         if result.reached or result.capture <= 0.5 * result.estimate or left <= 0.0:
             break
         shorter = replace(found[0], laws=captured(found[0].laws, SHORTER * max_error / result.capture))
         try:
-            other = solve_to(design, shorter, max_error, OUTPUTS, sparse, left)
+            other = solve_to(design, shorter, max_error, OUTPUTS, sparse, left, record)
         except NoSolution:
             break
         if not other.reached and other.estimate >= result.estimate:

@@ -7,16 +7,17 @@ p is the observed power, but at most the theoretical order.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
 from mechlab.experiment.held_rates import captured
-from mechlab.experiment.recording import Trace
+from mechlab.experiment.recording import Recording, Trace
 from mechlab.experiment.scene import Settings
-from mechlab.integrate import OutOfWork, work_done, work_limit
+from mechlab.integrate import OutOfWork, count_work, work_done, work_limit
 from mechlab.lab.accuracy.dense import DenseStates, dense_states, meets_range, with_difference
 from mechlab.lab.accuracy.measure import ErrorMeasure, change, largest
 from mechlab.lab.accuracy.result import NeighbourMotion
@@ -46,7 +47,8 @@ class RefinedMethod:
     end; done [s], cpu_s: of all runs; failures: number of runs that failed; ended: why no sharper run can be made;
     recaptured: the best run once more, with half the time in which held rates are captured. longest: the longest first step,
     in distances of the outputs (a power of 2); a run with longer steps has fewer outputs, at its steps. dense: the last run at all
-    outputs, where its steps are longer; filled: the error that this adds, once `fill` was called.
+    outputs, where its steps are longer; filled: the error that this adds, once `fill` was called. record: makes the Recording of the
+    scene with some settings, where states alone do not make one; recorded: those of the last two runs, by their steps.
     """
 
     rule: MethodRule
@@ -69,6 +71,8 @@ class RefinedMethod:
     longest: int = 1
     dense: DenseStates | None = None
     filled: float | None = None
+    record: Callable[[Settings], Recording] | None = None
+    recorded: dict[float, Recording] = field(default_factory=dict)
 
     @property
     def times(self) -> Array:
@@ -285,11 +289,34 @@ class RefinedMethod:
     def _run(self, problem: Problem, value: float) -> tuple[Trace, float]:
         """A run and its work [s], which is added to `done`, its CPU time to `cpu_s`."""
         before = work_done()
-        trace = self.method.run(replace(problem, outputs=self._outputs(value)), value)
+        if self._records and problem is self.problem:
+            trace = self._recorded_run(value)
+        else:
+            trace = self.method.run(replace(problem, outputs=self._outputs(value)), value)
         work = work_done() - before
         self.done += work
         self.cpu_s += trace.cpu_s
         return trace, work
+
+    @property
+    def _records(self) -> bool:
+        """Whether its runs are made as Recordings at once, so that the last ones need not be made again."""
+        return self.record is not None and self.rule.engine == "mujoco" and self.rule.control == "step" and not self.rule.extrapolated
+
+    def _recorded_run(self, value: float) -> Trace:
+        """The run at a step [s] by the recorder of the engine, which takes the same steps; its states at the outputs."""
+        assert self.record is not None
+        m, scene = self.problem.mechanism, self.problem.scene
+        stages = 4.0 if self.rule.integrator == "RK4" else 1.0
+        # the recorder counts the laws alone
+        count_work(stages * engine(self.rule.engine).price(m, scene.laws).of(m) * scene.duration / value)
+        made = self.record(self.method.settings(value))
+        self.recorded = {x: r for x, r in self.recorded.items() if x in self.values[-1:]} | {value: made}
+        t = self.times
+        at = np.searchsorted(made.t, t * (1.0 - 1e-12))
+        there = at < len(made.t)
+        ended = "" if there.all() else f"ended at t = {made.t[-1]:.4g} s"
+        return Trace(made.q[at[there]], made.v[at[there]], made.cost.cpu_s, made.cost.steps, ended)
 
     def _note_failure(self, why: str) -> None:
         """Record a failed run: the runs before it no longer count, and too many failures end the refinement."""

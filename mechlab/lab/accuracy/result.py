@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
+from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Settings
 from mechlab.lab.accuracy.measure import ContinuousMotion, ErrorMeasure
 from mechlab.lab.accuracy.rules import RULES
@@ -52,7 +54,8 @@ class Solution:
     time, with trials and check, without imports and building of models. reached: whether the estimate meets
     `max_error`. sentence: what was chosen and why, or why the error cannot be reached. neighbours: from which the
     errors of all channels follow; none where there was a single run. run_s: CPU time of the accepted motion alone.
-    capture [unit]: the part of the estimate that is the time in which held rates are captured.
+    capture [unit]: the part of the estimate that is the time in which held rates are captured. recorded: Recordings of its last runs by
+    their steps [s], where they were made as such.
     """
 
     t: Array
@@ -75,6 +78,7 @@ class Solution:
     neighbours: tuple[NeighbourMotion, ...] = ()
     run_s: float = 0.0
     capture: float = 0.0
+    recorded: Mapping[float, Recording] = field(default_factory=dict)
 
     @property
     def accelerations(self) -> Array | None:

@@ -17,7 +17,8 @@ import numpy as np
 
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.acting import is_rough, why_no_smooth_tree
-from mechlab.experiment.scene import Scene, initial_state
+from mechlab.experiment.recording import Recording
+from mechlab.experiment.scene import Scene, Settings, initial_state
 from mechlab.lab.accuracy.by_energy import SolveTask, solve_as_pendulum, solve_by_energy
 from mechlab.lab.accuracy.check import CheckRunner
 from mechlab.lab.accuracy.energies import OneJointEnergies, energies_of, why_energy_is_not_enough
@@ -47,12 +48,13 @@ ROUNDING = 100.0 * float(np.finfo(float).eps)
 
 def solve_to(
     design: Design, scene: Scene | str | None, max_error: float, outputs: int = 100, sparse: bool = True,
-    budget: float | None = None,
+    budget: float | None = None, record: Callable[[Scene, Settings], Recording] | None = None,
 ) -> Solution:  # fmt: skip
     """The scene of a design at `outputs` + 1 even times with an error of at most `max_error` [m or rad].
 
     sparse: steps may be longer than the distance of the outputs, where the motion is smooth. budget: most counted work [s];
-    default: `default_budget`.
+    default: `default_budget`. record: makes a Recording of a scene, where states alone do not make one: then the runs of an engine are made
+    by it, and the last two are kept.
     Raises MechlabError for an error that is not positive, NoSolution when no method gets to the end at all.
     """
     if not (math.isfinite(max_error) and max_error > 0.0):
@@ -80,11 +82,11 @@ def solve_to(
             if solved.reached or solved.estimate < RULES.floor:
                 return solved
             other = solve_by_refinement(
-                problem, measure, max_error, freedoms, f"{solved.method} stays at {solved.estimate:.2g}", counter, work, sparse
+                problem, measure, max_error, freedoms, f"{solved.method} stays at {solved.estimate:.2g}", counter, work, sparse, record
             )  # fmt: skip
             best = other if other.reached or other.estimate < solved.estimate else solved
             return replace(best, cpu_s=other.cpu_s)
-    return solve_by_refinement(problem, measure, max_error, freedoms, why, CostCounter(), work, sparse)
+    return solve_by_refinement(problem, measure, max_error, freedoms, why, CostCounter(), work, sparse, record)
 
 
 def _solve_without_steps(
@@ -107,7 +109,7 @@ def _solve_without_steps(
 
 def solve_by_refinement(
     problem: Problem, measure: ErrorMeasure, max_error: float, freedoms: int, why: str, counter: CostCounter,
-    budget: float, sparse: bool = False,
+    budget: float, sparse: bool = False, record: Callable[[Scene, Settings], Recording] | None = None,
 ) -> Solution:  # fmt: skip
     """The scene by the cheapest method that meets the error. why: the reason, in words, that the energy quadrature does not apply.
 
@@ -116,7 +118,8 @@ def solve_by_refinement(
     t = np.linspace(0.0, problem.scene.duration, problem.outputs + 1)
     fastest = fastest_rate(problem.mechanism, problem.scene)
     longest = _longest_step(problem) if sparse else 1
-    candidates = [RefinedMethod(rule, problem, measure, fastest, max_error, longest=longest) for rule in METHOD_RULES]
+    once = None if record is None else partial(record, problem.scene)
+    candidates = [RefinedMethod(rule, problem, measure, fastest, max_error, longest=longest, record=once) for rule in METHOD_RULES]
     with counter.building():
         candidates = [x for x in candidates if _usable(x, freedoms)]
     if not candidates:
@@ -184,7 +187,7 @@ def solve_by_refinement(
         t, q, v, total, max_error, measure.unit, best.rule.name, best.values[-1], best.rule.control, counter.cpu_s,
         best.traces[-1].steps, ok, sentence, replace(best.settings, preset="max_error"), checked,
         extrapolated=best.rule.extrapolated, neighbours=() if another_way else tuple(best.neighbours(rounding)), run_s=best.run_s,
-        capture=capture,
+        capture=capture, recorded=best.recorded,
     )  # fmt: skip
 
 

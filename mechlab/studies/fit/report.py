@@ -62,6 +62,8 @@ def sentences(found: FitResult) -> list[str]:
     else:
         ran += "nothing else computes these channels, so nothing confirms it."
     out.append(ran)
+    if found.tried is not None:
+        out.append(f"{found.tried.sentence[0].upper()}{found.tried.sentence[1:]}.")
     out += [f"Do not trust it: {fault}." for fault in found.faults if fault not in of.sentences]
     return out + [f"Note: {n}." for n in found.notes]
 

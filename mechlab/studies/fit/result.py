@@ -13,6 +13,7 @@ from mechlab.lab.design import Design
 from mechlab.mechanism.geometry import Array
 from mechlab.results import Shown
 from mechlab.studies.fit.identify import Identifiability
+from mechlab.studies.fit.starts import FitStarts, ambiguity
 from mechlab.studies.fit.table import TIME
 
 ABOVE = 2.0
@@ -108,7 +109,8 @@ def channel_residual(name: str, unit: str, found: Array, rows: Array, noise: flo
 class FitResult(Shown):
     """A fit. parameters: in the order asked for; channels; determined: what the data fix; converged: whether the search ended at a
     least square; way: the engine or witness that fitted, confirmed_by the one that confirmed it ("" for none), differences: channel ->
-    rms difference of the two in units of the noise; series: column -> measured, predicted (n,)."""
+    rms difference of the two in units of the noise; series: column -> measured, predicted (n,); tried: the searches from
+    several starts, where there were any."""
 
     base: Design
     source: str
@@ -127,6 +129,7 @@ class FitResult(Shown):
     series: Mapping[str, tuple[Array, Array]]
     notes: tuple[str, ...] = ()
     files: Mapping[str, Path] = field(default_factory=dict)
+    tried: FitStarts | None = None
 
     def __getitem__(self, name: str) -> FittedParameter:
         return self.parameters[name]
@@ -152,6 +155,13 @@ class FitResult(Shown):
         return [p for p in found if abs(p.shift or 0.0) > SHIFT * p.error and abs(p.shift or 0.0) > SHIFT_SHARE * abs(p.value)]
 
     @property
+    def is_doubtful(self) -> bool:
+        """Whether the end may be a local least square: a search that did not converge or came to the end of a range, residuals beyond the
+        stated noise, correlated or biased."""
+        ends = any(p.at_end for p in self.parameters.values())
+        return not self.converged or ends or any(c.beyond_noise or not (c.is_white and c.is_unbiased) for c in self.channels.values())
+
+    @property
     def faults(self) -> tuple[str, ...]:
         """Why the values are not to be trusted; empty where they are."""
         out = list(self.determined.sentences)
@@ -162,6 +172,8 @@ class FitResult(Shown):
         if beyond := [c for c in self.channels.values() if c.beyond_noise]:
             much = ", ".join(f"{c.name} {c.rms / c.noise:.3g} times" for c in beyond)
             out.append(f"the residual is beyond the stated noise ({much}): the model or the start is wrong")
+        if self.tried and (others := self.tried.others(not self.determined.all_fixed)):
+            out.append(ambiguity(others))
         if self._apart:
             moved = ", ".join(f"{p.name} by {p.shift:+.3g}" for p in self._apart)
             out.append(f"{self.confirmed_by} would move {moved}, more than the standard error of {self.way}")
@@ -189,5 +201,6 @@ class FitResult(Shown):
             "identifiability": self.determined.to_dict(), "converged": self.converged, "variance_factor": self.factor,
             "degrees_of_freedom": self.degrees, "engine": self.way, "confirmed_by": self.confirmed_by or None,
             "difference_in_noise": dict(self.differences), "runs": self.runs, "faults": list(self.faults),
-            "notes": list(self.notes), "files": {k: str(p) for k, p in self.files.items()},
+            "starts": None if self.tried is None else self.tried.to_dict(), "notes": list(self.notes),
+            "files": {k: str(p) for k, p in self.files.items()},
         }  # fmt: skip

@@ -165,8 +165,7 @@ def minimise(problem: FitProblem, start: Array, noise: Mapping[str, float] | Non
             f"{problem.base.name}: {problem.count} measured values cannot determine {len(problem.unknowns)} unknowns and their errors; "
             f"expected more than {len(problem.unknowns)}."
         )
-    spread = {n: float(np.nanstd(x)) or float(np.nanmax(np.abs(x))) or 1.0 for n, x in problem.measured.items()}
-    guessed = {n: GUESS * s for n, s in spread.items()} | dict(noise or {}) | dict(problem.stated)
+    guessed = first_noise(problem) | dict(noise or {}) | dict(problem.stated)
     x, steps, ended = start, 0, False
     pull = _undetermined(problem, start, guessed)
     for done in range(ROUNDS):
@@ -180,6 +179,17 @@ def minimise(problem: FitProblem, start: Array, noise: Mapping[str, float] | Non
     jacobian = problem.jacobian(x, guessed, central=True)
     x = _polished(problem, x, guessed, jacobian)
     return LeastSquares(x, guessed, jacobian, problem.residuals(x), ended, steps)
+
+
+def first_noise(problem: FitProblem) -> dict[str, float]:
+    """The stated noise of channels, else a small share of how much they vary."""
+    spread = {n: float(np.nanstd(x)) or float(np.nanmax(np.abs(x))) or 1.0 for n, x in problem.measured.items()}
+    return {n: GUESS * s for n, s in spread.items()} | dict(problem.stated)
+
+
+def search(problem: FitProblem, start: Array, noise: Mapping[str, float]) -> tuple[Array, int, bool]:
+    """Unknowns (p,) at the least squares next to a start for a given noise, steps, whether it ended by its tolerances."""
+    return _search(problem, start, noise, _undetermined(problem, start, noise))
 
 
 def _undetermined(problem: FitProblem, x: Array, noise: Mapping[str, float]) -> Array:

@@ -22,6 +22,7 @@ from mechlab.studies.fit.predictions import Predictions, RunPredictions, questio
 from mechlab.studies.fit.report import draw
 from mechlab.studies.fit.result import ChannelResidual, FitResult, FittedParameter, channel_residual
 from mechlab.studies.fit.solve import FitProblem, LeastSquares, minimise
+from mechlab.studies.fit.starts import from_many
 from mechlab.studies.fit.table import TIME, Data, MeasuredTable, noise_of, read_table
 from mechlab.studies.fit.unknowns import FitUnknown, applied, unknowns_of
 from mechlab.studies.named.number import varied
@@ -34,6 +35,8 @@ SAME = 0.3
 """Standard errors by which the scene's own engine may move a parameter before it fits again itself."""
 DONE = 0.05
 """Standard errors that the next Gauss-Newton step may still be at a least square."""
+MORE = 8
+"""Starts of a fit whose first end is doubtful."""
 NEAR_END = 1e-6
 """Distance from an end of a range, relative to the scale, that counts as at the end."""
 
@@ -47,6 +50,7 @@ def fit(
     fidelity: str | None = None,
     engine: str | None = None,
     noise: Mapping[str, Any] | None = None,
+    starts: int | None = None,
     out: Path | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> FitResult:
@@ -55,7 +59,8 @@ def fit(
     values: unknowns as ranges; other parameters, initial values and loads as numbers. free: unknowns without a range. The first column
     of the data decides: the time t means a run of the scene, anything else a question, whose given quantities stand in columns.
     engine: who fits, an engine or a witness; default the cheapest, and the scene's own where that differs too much. noise: standard
-    deviation of channels in SI; default: estimated from the residual. out: a folder for fit.json, fit.csv and fit.png.
+    deviation of channels in SI; default: estimated from the residual. starts: places in the ranges where a search begins; default: 1,
+    and MORE where its end is doubtful and every unknown has a range. out: folder for fit.json, fit.csv and fit.png.
     Raises MechlabError for wrong columns, units, times, names and ranges.
     """
     table = read_table(data)
@@ -74,11 +79,25 @@ def fit(
     problem = FitProblem(
         start, unknowns, predictions, measured, stated, predictions.ways[0], lambda done: progress(done, max(done, 20 * len(unknowns)))
     )
-    found, verdict, shift, differences, confirmed = _fitted(problem)
-    made = _result(problem, table, found, verdict, shift, {u.name: u.start for u in unknowns})
     ran = (scene or start.default_scene) if table.over_time else ""
-    made = replace(made, scene=ran, differences=differences, confirmed_by=confirmed, notes=_notes(made))
+    begin, tried = np.array([u.start for u in unknowns]), None
+    if starts is not None and starts != 1:
+        begin, tried = from_many(problem, begin, starts)
+    made = replace(_fit_from(problem, table, begin), scene=ran, tried=tried)
+    bounded = all(np.isfinite([u.low, u.high]).all() for u in unknowns)
+    if starts is None and bounded and made.is_doubtful:
+        problem.unknowns = unknowns
+        begin, tried = from_many(problem, begin, MORE)
+        made = replace(_fit_from(problem, table, begin), scene=ran, tried=tried)
     return made if out is None else _write(made, out)
+
+
+def _fit_from(problem: FitProblem, table: MeasuredTable, begin: Array) -> FitResult:
+    """The fit that begins at the unknowns (p,), with its notes."""
+    starts = {u.name: u.start for u in problem.unknowns}
+    found, verdict, shift, differences, confirmed = _fitted(problem, begin)
+    made = _result(problem, table, found, verdict, shift, starts)
+    return replace(made, differences=differences, confirmed_by=confirmed, notes=_notes(made))
 
 
 def _sorted(base: Design, values: Mapping[str, Any]) -> tuple[dict[str, Range], dict[str, Any], dict[str, Any]]:
@@ -105,9 +124,9 @@ def _of_runs(
     return predictions, unknowns
 
 
-def _fitted(problem: FitProblem) -> tuple[LeastSquares, Identifiability, Array | None, dict[str, float], str]:
+def _fitted(problem: FitProblem, x: Array) -> tuple[LeastSquares, Identifiability, Array | None, dict[str, float], str]:
     """The fit by the first way that the next one confirms, among those that may fit."""
-    x, noise = np.array([u.start for u in problem.unknowns]), None
+    noise = None
     ways = problem.predictions.ways
     for k in range(problem.predictions.trial):
         problem.way = ways[k]
@@ -185,7 +204,8 @@ def _notes(found: FitResult) -> tuple[str, ...]:
         return ()
     return (
         f"the residuals of {listed([c.name for c in bad])} are not white: the model lacks something that the measurements show, "
-        "and the true errors are larger than the standard errors",
+        "and the true errors are larger than the standard errors; or the values are those of a local least square, which ranges for all "
+        "unknowns and several starts would tell",
     )
 
 

@@ -1,0 +1,71 @@
+"""The usual knife drive that the source sets its linkages against: a clutch turns both slider-cranks once and lets them rest. Parameters
+and Mechanism: a main shaft with motor and flywheel, a crankshaft on the same axis, two rods, two knives; two freedoms."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from mechlab.analytic.gear_linkage import Knife
+from mechlab.catalog.gear_linkage.knife import SIDES
+from mechlab.experiment.held_rates import HeldRates, RateHold
+from mechlab.experiment.laws import Law
+from mechlab.experiment.parameters import parameter
+from mechlab.kit.palette import BLUE, BRASS, ORANGE, STEEL
+from mechlab.mechanism import Builder, Inertia, Mechanism, Placement, prismatic, revolute, shape
+
+ROD_MASS = 6.0
+"""Mass of a connecting rod [kg]."""
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """Sizes, masses and loads; all ours, those of both drives the same: the source prints none."""
+
+    lag: float = parameter(2.7, "rad", "crank of the front knife behind that of the side knives")
+    throw: float = parameter(0.1, "m", "throw of the knives' cranks", low=0, strict=True)
+    rod: float = parameter(0.35, "m", "connecting rods", low=0, strict=True)
+    stack: float = parameter(0.12, "m", "height of the stack of paper", low=0, strict=True)
+    cutting_force: float = parameter(5000.0, "N", "force on each knife in the stack", low=0)
+    knife_mass: float = parameter(30.0, "kg", "each knife with its beam", low=0, strict=True)
+    crankshaft: float = parameter(0.5, "kg m2", "crankshaft with the driven half of the clutch", low=0, strict=True)
+    clutch: float = parameter(1000.0, "N m", "friction torque of the clutch", low=0, strict=True)
+    flywheel: float = parameter(50.0, "kg m2", "flywheel on the main shaft", low=0, strict=True)
+    stall: float = parameter(3000.0, "N m", "stall torque of the motor", low=0)
+    no_load: float = parameter(6.0, "rad/s", "no-load speed of the motor", low=0, strict=True)
+
+    @property
+    def knife(self) -> Knife:
+        """One of the equal slider-cranks."""
+        return Knife(self.throw, self.rod, self.stack)
+
+    def pin(self, side: str) -> float:
+        """Angle of a knife's pin on the crankshaft [rad]: that of the side knives is up where the crankshaft rests."""
+        return 0.5 * math.pi - (self.lag if side == "front" else 0.0)
+
+
+def clutch_law(p: Parameters, others: Sequence[Law], time: float) -> HeldRates:
+    """The closed clutch, dry friction between both shafts, with the other laws of the scene; time: that of the capture [s]."""
+    return HeldRates((RateHold((("crank", 1.0), ("shaft", -1.0)), 0.0, -p.clutch, p.clutch),), tuple(others), time)
+
+
+def build(p: Parameters) -> Mechanism:
+    """The main shaft and the crankshaft, and on each side rod and knife: 6 bodies, two freedoms."""
+    b = Builder("knife_clutch", gravity=(0.0, 0.0, 0.0), summary="a clutch turns the knives of a three-knife cutter once")
+    wheel = shape("disc", Placement((0.0, 0.0, -0.05)), BRASS, "flywheel", radius=2.5 * p.throw, thickness=0.04, bore=0.02)
+    half = shape("disc", Placement((0.0, 0.0, -0.015)), ORANGE, "clutch", radius=1.4 * p.throw, thickness=0.02, bore=0.02)
+    b.body("shaft", revolute("shaft"), inertia=Inertia.axial(200.0, p.flywheel, 0.5 * p.flywheel), shapes=[wheel])
+    b.body("crank", revolute("crank"), inertia=Inertia.axial(10.0, p.crankshaft, 0.5 * p.crankshaft), shapes=[half])
+    guess = {"shaft": 0.0, "crank": 0.0}
+    for s, z in SIDES.items():
+        pin = p.pin(s)
+        place = float(p.knife.place(pin)[0])
+        lean = -math.acos(-p.throw * math.cos(pin) / p.rod)
+        b.bar(f"rod_{s}", revolute(f"rod_{s}"), length=p.rod, mass=ROD_MASS, parent="crank",
+              at=(p.throw * math.cos(pin), p.throw * math.sin(pin), z), color=STEEL)  # fmt: skip
+        b.body(f"knife_{s}", prismatic(f"knife_{s}", "y"), at=(0.0, 0.0, z), inertia=Inertia.box(p.knife_mass, 0.4, 0.1, 0.02),
+               shapes=[shape("box", Placement((0.0, -0.05, 0.0)), BLUE, "knife", x=0.4, y=0.1, z=0.02)])  # fmt: skip
+        b.loop(f"hinge_{s}", f"rod_{s}", f"knife_{s}", (p.rod, 0.0, 0.0))
+        guess |= {f"rod_{s}": lean, f"knife_{s}": place}
+    return b.drive("shaft").drive("crank").assemble(guess, hold=["shaft", "crank"])
