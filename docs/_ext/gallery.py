@@ -8,7 +8,6 @@ from sphinx.application import Sphinx
 
 import mechlab
 
-
 BACK = '<p><a href="../index.html">Documentation</a></p>'
 """The way from the gallery back to the site."""
 
