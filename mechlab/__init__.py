@@ -236,7 +236,10 @@ def __getattr__(name: str) -> object:
         return version(DISTRIBUTION)
     if name in _HOME:
         return getattr(import_module(_HOME[name]), name)
-    raise AttributeError(f"module 'mechlab' has no attribute {name!r}")
+    from difflib import get_close_matches
+
+    near = "" if name.startswith("_") else "".join(f". Did you mean {n!r}?" for n in get_close_matches(name, __all__, n=1))
+    raise AttributeError(f"module 'mechlab' has no attribute {name!r}{near}")
 
 
 def __dir__() -> list[str]:

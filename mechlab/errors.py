@@ -123,7 +123,8 @@ def _misfit(name: str, signature: inspect.Signature, args: Sequence[object], key
         optional = [n for n in own if n not in needed]
         what = f"missing: {', '.join(missing)}" if missing else str(error)
         also = f"; optional: {', '.join(optional)}" if optional else ""
-        return ArgumentError(f"{name}: {what}. Needed: {', '.join(needed) or 'nothing'}{also}.")
+        near = next((f" Did you mean {n!r} by {k!r}?" for k in strange for n in get_close_matches(k, missing, n=1)), "")
+        return ArgumentError(f"{name}: {what}. Needed: {', '.join(needed) or 'nothing'}{also}.{near}")
     return None
 
 

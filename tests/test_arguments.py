@@ -31,6 +31,7 @@ from mechlab.experiment.laws.protocol import LAWS
         (lambda: ml.Builder(), ("Builder", "missing: name")),  # type: ignore[call-arg]
         (lambda: ml.simulate(scene="x", lenght=2), ("simulate", "missing: source")),  # type: ignore[call-arg]
         (lambda: ml.gallery("a", nmaes=1), ("gallery", "Did you mean 'names'?")),  # type: ignore[call-arg]
+        (lambda: ml.environment("fivebar", rewrd=1), ("missing: reward", "Did you mean 'reward' by 'rewrd'?")),  # type: ignore[call-arg, arg-type]
         (lambda: ml.to_json(), ("to_json", "missing: mechanism")),  # type: ignore[call-arg]
     ],
 )
@@ -60,6 +61,24 @@ def test_every_public_name_says_what_it_needs(name: str) -> None:
     if not any(p.kind is p.VAR_KEYWORD for p in own):
         with pytest.raises(ml.MechlabError, match="argument 'nonsense' does not exist"):
             called(*(None for p in needed if p.kind is not p.KEYWORD_ONLY), nonsense=1)
+
+
+@pytest.mark.parametrize(
+    ("call", "option"),
+    [
+        (lambda: ml.view("fourbar", htlm="x.html"), "html"),
+        (lambda: ml.optimize("fourbar", minimise="crank"), "minimize"),
+        (lambda: ml.modes("fourbar", fidelty="full"), "fidelity"),
+    ],
+)
+def test_an_option_that_is_spelled_wrong_is_asked_for(call: Callable[[], object], option: str) -> None:
+    with pytest.raises(ml.MechlabError, match=f"Did you mean the option '{option}'"):
+        call()
+
+
+def test_a_public_name_that_is_spelled_wrong_is_asked_for() -> None:
+    with pytest.raises(AttributeError, match=r"no attribute 'laod'. Did you mean 'load'\?"):
+        ml.laod  # noqa: B018
 
 
 def test_what_is_explained_can_be_sent_to_another_process() -> None:

@@ -21,6 +21,7 @@ from mechlab.api.arguments import (
 )
 from mechlab.api.finding import Source, find, load_design
 from mechlab.api.studies import LISTS
+from mechlab.api.suggestions import suggesting
 from mechlab.errors import UsageError, explained
 from mechlab.values import Value
 
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 
 
 @explained
+@suggesting
 def optimize(
     source: Source,
     values: Values | None = None,
@@ -80,6 +82,7 @@ def optimize(
 
 
 @explained
+@suggesting
 def fit(
     source: Source,
     data: File | Values,
@@ -125,6 +128,7 @@ def fit(
 
 
 @explained
+@suggesting
 def synthesize(task: Task, values: Values | None = None, /, *, progress: Progress = silent, **given: Value) -> SynthesisResult:
     """Dimensions from wanted properties: the solutions of a task, or what is reachable instead. See `mechlab.studies.synthesis`."""
     from mechlab.studies.synthesis import synthesize as study

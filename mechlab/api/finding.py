@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Union
 
 from mechlab.api.arguments import Values, key_values
+from mechlab.api.suggestions import suggesting
 from mechlab.errors import USER_MODULE, LeftOutWarning, MechlabError, described, explained, unknown
 from mechlab.values import Range, Value
 
@@ -27,6 +28,7 @@ Source = Union[str, Path, "Mechanism", "Design", "Entry", Callable[..., "Mechani
 
 
 @explained
+@suggesting
 def load(source: Source, values: Values | None = None, /, **parameters: Value) -> Design:
     """A Design from a catalog name, "file.py:function", a .json, .xml (MJCF) or .urdf file, a function or a Mechanism.
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from mechlab.api.arguments import File, Progress, Stages, Values, key_values, silent
 from mechlab.api.finding import Source, find_all, load_design
 from mechlab.api.runs import simulate
+from mechlab.api.suggestions import suggesting
 from mechlab.api.viewing import story, view
 from mechlab.catalog.table import TABLE, Motion
 from mechlab.errors import explained
@@ -56,6 +57,7 @@ def list_entries(
 
 
 @explained
+@suggesting
 def show(
     source: Source, values: Values | None = None, /, *, fidelity: str | None = None, **parameters: Value
 ) -> Description:
@@ -77,6 +79,7 @@ def show(
 
 
 @explained
+@suggesting
 def edit(
     source: Source, values: Values | None = None, /, *, fidelity: str | None = None, **parameters: Value
 ) -> Builder:
@@ -91,6 +94,7 @@ def edit(
 
 
 @explained
+@suggesting
 def generate(
     source: Source,
     values: Values | None = None,
@@ -199,6 +203,7 @@ def _gallery_picture(folder: Path) -> Path:
 
 
 @explained
+@suggesting
 def check(
     sources: Source | Sequence[Source] = (), values: Values | None = None, /, *, progress: Progress = silent, **parameters: Value
 ) -> CheckReport:
@@ -238,6 +243,7 @@ def claims(
 
 
 @explained
+@suggesting
 def run(
     source: Source,
     values: Values | None = None,

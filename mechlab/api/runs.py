@@ -187,6 +187,7 @@ def _simulated(
 
 
 @explained
+@suggesting
 def portrait(
     source: Source, kind: str, values: Values | None = None, /, *, out: File | None = None, **given: Value
 ) -> PortraitResult:

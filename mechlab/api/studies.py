@@ -21,6 +21,7 @@ from mechlab.api.arguments import (
     silent,
 )
 from mechlab.api.finding import Source, design_and_rest, load_design, open_source, sweep_command, travelling
+from mechlab.api.suggestions import suggesting
 from mechlab.errors import UsageError, explained
 from mechlab.files import whole_folder, write
 from mechlab.values import Range, Value, in_unit, one_number
@@ -37,6 +38,7 @@ LISTS = ("numbers", "integers")
 
 
 @explained
+@suggesting
 def modes(
     source: Source,
     values: Values | None = None,
@@ -93,6 +95,7 @@ def modes(
 
 
 @explained
+@suggesting
 def stability(
     source: Source,
     values: Values | None = None,
@@ -156,6 +159,7 @@ def _method_names(text: str) -> tuple[str, ...]:
 
 
 @explained
+@suggesting
 def sweep(
     source: Source,
     values: Values | None = None,
@@ -224,6 +228,7 @@ def sweep(
 
 
 @explained
+@suggesting
 def workspace(
     source: Source,
     values: Values | None = None,

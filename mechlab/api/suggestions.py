@@ -24,10 +24,14 @@ def suggesting(verb: Callable[P, R]) -> Callable[P, R]:
             return verb(*args, **kwargs)
         except MechlabError as error:
             written = args[1] if len(args) > 1 and isinstance(args[1], Mapping) else {}  # key=value of the command line
-            near = get_close_matches(error.unknown, options, n=1, cutoff=0.75) if error.unknown in {*kwargs, *written} else []
+            keys = {*kwargs, *written}
+            # a word in place of a number is refused before it is asked whether the key exists
+            key = error.unknown if error.unknown in keys else next((k for k in keys if str(error).startswith(f"{k}: ")), "")
+            near = get_close_matches(key, options, n=1, cutoff=0.75)
             if not near:
                 raise
-            option = f"--{near[0].replace('_', '-')}" if error.unknown in written else repr(near[0])
-            raise type(error)(str(error).replace(" Existing:", f" Did you mean the option {option}? Existing:", 1)) from None
+            option = f"--{near[0].replace('_', '-')}" if key in written else repr(near[0])
+            hint, (before, listed, after) = f" Did you mean the option {option}?", str(error).partition(" Existing:")
+            raise type(error)(before + hint + listed + after) from None
 
     return call

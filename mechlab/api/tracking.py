@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from mechlab.api.arguments import Error, File, Plain, Progress, Seconds, Values, key_values, silent
 from mechlab.api.finding import Source, design_and_rest
+from mechlab.api.suggestions import suggesting
 from mechlab.errors import MechlabError, explained
 from mechlab.values import one_number
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 
 
 @explained
+@suggesting
 def track(
     source: Source,
     values: Mapping[str, Target] | None = None,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from mechlab.api.arguments import File, Progress, Stages, Values, key_values, silent
 from mechlab.api.finding import Source, load_design
 from mechlab.api.runs import simulate
+from mechlab.api.suggestions import suggesting
 from mechlab.errors import MechlabError, UsageError, explained
 from mechlab.files import whole_folder
 from mechlab.values import Range, Value
@@ -44,6 +45,7 @@ def page_of_recording(recording: Recording) -> str:
 
 
 @explained
+@suggesting
 def story(
     source: Source | Recording,
     values: Values | None = None,
@@ -92,6 +94,7 @@ def _sliders(design: Design) -> list[str]:
 
 
 @explained
+@suggesting
 def explore(
     source: Source, values: Values | None = None, /, *, vary: Mapping[str, Axis] | None = None, **parameters: Value
 ) -> Story:
@@ -112,6 +115,7 @@ def explore(
 
 
 @explained
+@suggesting
 def view(
     source: Source | Recording,
     values: Values | None = None,
@@ -233,6 +237,7 @@ def _live(
 
 
 @explained
+@suggesting
 def studio(source: Source, values: Values | None = None, /, **parameters: Value) -> FilesResult:
     """MuJoCo's own web viewer with a mechanism, until it is interrupted. Warns on stderr: its port is open to the network."""
     import tempfile
