@@ -79,9 +79,11 @@ def unknown(what: str, name: object, existing: Iterable[str], error: type[Mechla
 def explained(made: T) -> T:
     """The class or function; called with arguments that do not fit it raises ArgumentError, which names them and what exists.
 
-    For what users write by hand: laws, motions, parts. A TypeError from inside the call passes unchanged.
+    For every public name. A TypeError from inside the call passes unchanged.
     """
-    call = made.__init__ if isinstance(made, type) else made  # type: ignore[misc]
+    no_init = isinstance(made, type) and made.__init__ is object.__init__  # type: ignore[misc]
+    kind = "__new__" if no_init else "__init__"
+    call = getattr(made, kind) if isinstance(made, type) else made
     signature = inspect.signature(call)
     name = made.__qualname__
 
@@ -98,7 +100,7 @@ def explained(made: T) -> T:
 
     if not isinstance(made, type):
         return checked  # type: ignore[return-value]
-    made.__init__ = checked  # type: ignore[misc]
+    setattr(made, kind, staticmethod(checked) if kind == "__new__" else checked)
     return made
 
 
@@ -107,10 +109,12 @@ def _misfit(name: str, signature: inspect.Signature, args: Sequence[object], key
     try:
         signature.bind(*args, **keywords)
     except TypeError as error:
-        own = [n for n in signature.parameters if n != "self"]
-        given = args[len(signature.parameters) - len(own) :]
+        every = [p for p in signature.parameters.values() if p.name not in ("self", "cls")]
+        given = args[len(signature.parameters) - len(every) :]
+        collects = any(p.kind is p.VAR_KEYWORD for p in every)
+        own = [p.name for p in every if p.kind not in (p.VAR_KEYWORD, p.VAR_POSITIONAL)]
         strange = [k for k in keywords if k not in own]
-        if strange:
+        if strange and not collects:
             made = unknown(f"{name}: argument", strange[0], own, ArgumentError)
             assert isinstance(made, ArgumentError)
             return made

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Protocol, SupportsFloat
 
-from mechlab.errors import MechlabError, unknown
+from mechlab.errors import MechlabError, explained, unknown
 from mechlab.units import UNITS, compact, described
 
 _NUMBER = re.compile(r"([+-]?(?:\d+/\d+|(?:\d+\.?\d*|\.\d+)(?:[eE]([+-]?\d+))?))(.*)", re.ASCII | re.DOTALL)
@@ -29,6 +29,7 @@ _LONGEST = 1000
 _DIGITS_OF_COUNT = len(str(MOST_POINTS))
 
 
+@explained
 class Quantity(float):
     """A float in SI that remembers its SI unit, such as `m` or `rad/s`, and how it was written."""
 
@@ -46,6 +47,7 @@ class Quantity(float):
         return float(self), self.unit, self.written
 
 
+@explained
 @dataclass(frozen=True)
 class Range:
     """`low:high` (count is None: the receiver chooses) or `low:high:count`, both ends included."""

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import enum
+import inspect
+import pickle
 from collections.abc import Callable
 
 import pytest
@@ -22,6 +25,13 @@ from mechlab.experiment.laws.protocol import LAWS
         (lambda: ml.Settings(timstep=1), ("Settings", "Did you mean 'timestep'?")),  # type: ignore[call-arg]
         (lambda: ml.belt("a"), ("belt", "radius_b")),  # type: ignore[call-arg]
         (lambda: ml.Builder("x").bar("a", ml.revolute("b"), 1, lenth=2), ("Builder.bar", "'length'")),  # type: ignore[call-arg]
+        (lambda: ml.FrameTask(), ("FrameTask", "missing: frame, target", "Needed: frame, target")),  # type: ignore[call-arg]
+        (lambda: ml.Range(0, hgh=1), ("Range", "Did you mean 'high'?")),  # type: ignore[call-arg]
+        (lambda: ml.Quantity(1.0), ("Quantity", "missing: unit")),  # type: ignore[call-arg]
+        (lambda: ml.Builder(), ("Builder", "missing: name")),  # type: ignore[call-arg]
+        (lambda: ml.simulate(scene="x", lenght=2), ("simulate", "missing: source")),  # type: ignore[call-arg]
+        (lambda: ml.gallery("a", nmaes=1), ("gallery", "Did you mean 'names'?")),  # type: ignore[call-arg]
+        (lambda: ml.to_json(), ("to_json", "missing: mechanism")),  # type: ignore[call-arg]
     ],
 )
 def test_what_is_wrong_is_named(call: Callable[[], object], words: tuple[str, ...]) -> None:
@@ -29,6 +39,33 @@ def test_what_is_wrong_is_named(call: Callable[[], object], words: tuple[str, ..
         call()
     assert isinstance(error.value, TypeError)  # as Python itself would say
     assert all(word in str(error.value) for word in words)
+
+
+def takes_arguments(name: str) -> bool:
+    """Classes and functions; of the classes not errors, enumerations and protocols, which nobody makes."""
+    found = getattr(ml, name)
+    is_class = isinstance(found, type)
+    return callable(found) and not (is_class and (issubclass(found, BaseException | enum.Enum) or getattr(found, "_is_protocol", False)))
+
+
+@pytest.mark.parametrize("name", [n for n in dir(ml) if takes_arguments(n)])
+def test_every_public_name_says_what_it_needs(name: str) -> None:
+    """Against Python's own signature: what has no default is named as missing, and a strange argument is one."""
+    called = getattr(ml, name)
+    own = inspect.signature(called).parameters.values()
+    needed = [p for p in own if p.default is p.empty and p.kind not in (p.VAR_KEYWORD, p.VAR_POSITIONAL)]
+    if needed:
+        with pytest.raises(ml.MechlabError, match="missing: " + ", ".join(p.name for p in needed)):
+            called()
+    if not any(p.kind is p.VAR_KEYWORD for p in own):
+        with pytest.raises(ml.MechlabError, match="argument 'nonsense' does not exist"):
+            called(*(None for p in needed if p.kind is not p.KEYWORD_ONLY), nonsense=1)
+
+
+def test_what_is_explained_can_be_sent_to_another_process() -> None:
+    assert pickle.loads(pickle.dumps(ml.solve)) is ml.solve
+    sent = pickle.loads(pickle.dumps((ml.Quantity(0.1, "m"), ml.Range(0.0, 1.0, 3))))
+    assert sent == (0.1, ml.Range(0.0, 1.0, 3)) and sent[0].unit == "m"
 
 
 @pytest.mark.parametrize("kind", LAWS)

@@ -25,6 +25,7 @@ from scipy.optimize import least_squares, minimize
 from mechlab.analytic import fourbar
 from mechlab.analytic.path_synthesis.minimax import least_largest
 from mechlab.errors import MechlabError, NoSolution
+from mechlab.progress import counted, silent
 
 Array = NDArray[np.float64]
 SCAN = 72
@@ -103,10 +104,11 @@ def chebyshev_points(low: float, high: float, count: int) -> Array:
     return 0.5 * (low + high) - 0.5 * (high - low) * np.cos((np.arange(count) + 0.5) * np.pi / count)
 
 
-def function_fourbars(task: FunctionTask) -> tuple[FunctionFourbar, ...]:
+def function_fourbars(task: FunctionTask, progress: Callable[[int, int], None] = silent) -> tuple[FunctionFourbar, ...]:
     """The four-bars that were found, the best first: those without a defect in the order of their error over the range, or, where the
-    function is known at the points alone, exact ones in that of their transmission angle, others in that of their largest error."""
-    begun = _begun(task)
+    function is known at the points alone, exact ones in that of their transmission angle, others in that of their largest error.
+    progress hears (done, total)."""
+    begun = counted(_begun(task), progress)
     same = _parallelograms(task)
     if len(task.turned) > task.unknowns:
         rows = [_least_squares(task, x) for x in begun]
@@ -114,7 +116,7 @@ def function_fourbars(task: FunctionTask) -> tuple[FunctionFourbar, ...]:
     elif len(task.turned) > 3:
         rows = [y for x in begun if (y := _exact(task, x)) is not None]
     else:
-        rows = [_chosen(task, x) for x in begun] if any(task.free) else begun
+        rows = [_chosen(task, x) for x in begun] if any(task.free) else list(begun)
     return _different([f for x in [*rows, *same] if (f := _fourbar(task, x)) is not None], task)
 
 

@@ -21,7 +21,7 @@ from mechlab.api.arguments import (
 )
 from mechlab.api.finding import Source, find, load_design
 from mechlab.api.studies import LISTS
-from mechlab.errors import UsageError
+from mechlab.errors import UsageError, explained
 from mechlab.values import Value
 
 if TYPE_CHECKING:
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from mechlab.studies.synthesis import SynthesisResult
 
 
+@explained
 def optimize(
     source: Source,
     values: Values | None = None,
@@ -78,6 +79,7 @@ def optimize(
     return study(base, asked, goal, subject, front, evaluations, seed, folder, progress)
 
 
+@explained
 def fit(
     source: Source,
     data: File | Values,
@@ -122,13 +124,15 @@ def fit(
     return study(base, data, asked, names, scene, fidelity, engine, stated, starts, folder, progress)
 
 
-def synthesize(task: Task, values: Values | None = None, /, **given: Value) -> SynthesisResult:
+@explained
+def synthesize(task: Task, values: Values | None = None, /, *, progress: Progress = silent, **given: Value) -> SynthesisResult:
     """Dimensions from wanted properties: the solutions of a task, or what is reachable instead. See `mechlab.studies.synthesis`."""
     from mechlab.studies.synthesis import synthesize as study
 
-    return study(task, key_values(values, given), find)
+    return study(task, key_values(values, given), find, progress)
 
 
+@explained
 def compare(task: Compared, /, *, out: File | None = None, progress: Progress = silent) -> Comparison:
     """Mechanisms of one purpose beside each other: which straight line is straightest, which quick return cuts most evenly, which leg
     walks most evenly.

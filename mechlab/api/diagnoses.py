@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from mechlab.api.arguments import Count, File, Progress, Seconds, silent
 from mechlab.api.finding import Source, load_design, read_file
-from mechlab.errors import MechlabError
+from mechlab.errors import MechlabError, explained
 
 if TYPE_CHECKING:
     from mechlab.studies.doctor.audit import Audit
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from mechlab.studies.doctor.cure import Cure
 
 
+@explained
 def doctor(source: Source, /) -> Diagnosis:
     """What is wrong, or will go wrong, with an MJCF (.xml) or URDF file, or any other source: freedoms, redundant rows by
     name, gap of the reference pose, softness, traps of the engines, a short run of the file as it is, settings to paste.
@@ -36,6 +37,7 @@ def doctor(source: Source, /) -> Diagnosis:
     return diagnose(case_of(load_design(source, {}).mechanism(), kind))
 
 
+@explained
 def cure(source: str | Path, /, out: File = "cured.xml", *, overwrite: bool = False) -> Cure:
     """Write a copy of an MJCF file with the settings that its diagnosis asks for, and compare runs of both.
 
@@ -55,6 +57,7 @@ def cure(source: str | Path, /, out: File = "cured.xml", *, overwrite: bool = Fa
     return cure_file(Path(source), Path(out), read_file, overwrite)
 
 
+@explained
 def audit(
     sources: Sequence[str | Path],
     /,

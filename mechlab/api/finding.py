@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Union
 
 from mechlab.api.arguments import Values, key_values
-from mechlab.errors import USER_MODULE, LeftOutWarning, MechlabError, described, unknown
+from mechlab.errors import USER_MODULE, LeftOutWarning, MechlabError, described, explained, unknown
 from mechlab.values import Range, Value
 
 if TYPE_CHECKING:
@@ -26,6 +26,7 @@ Source = Union[str, Path, "Mechanism", "Design", "Entry", Callable[..., "Mechani
 """What can be loaded; see `load`."""
 
 
+@explained
 def load(source: Source, values: Values | None = None, /, **parameters: Value) -> Design:
     """A Design from a catalog name, "file.py:function", a .json, .xml (MJCF) or .urdf file, a function or a Mechanism.
 
@@ -52,6 +53,7 @@ def design_and_rest(source: Source, given: Mapping[str, Any]) -> tuple[Design, d
     return load_design(base, parameters), rest
 
 
+@explained
 def find(source: Source) -> Entry:
     """The entry behind a source; see `load`."""
     from mechlab import catalog

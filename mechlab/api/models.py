@@ -12,6 +12,7 @@ from mechlab.api.finding import Source, find_all, load_design
 from mechlab.api.runs import simulate
 from mechlab.api.viewing import story, view
 from mechlab.catalog.table import TABLE, Motion
+from mechlab.errors import explained
 from mechlab.files import whole_folder, write
 from mechlab.studies.direct import NAMES as DIRECT_QUESTIONS
 from mechlab.values import Value
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from mechlab.studies.pipeline import RunResult
 
 
+@explained
 def list_entries(
     *, family: str | None = None, freedoms: int | None = None, motion: Motion | None = None, search: str | None = None
 ) -> TableResult:
@@ -53,6 +55,7 @@ def list_entries(
     return TableResult(("name", "family", "freedoms", "title", "summary"), rows, data)
 
 
+@explained
 def show(
     source: Source, values: Values | None = None, /, *, fidelity: str | None = None, **parameters: Value
 ) -> Description:
@@ -73,6 +76,7 @@ def show(
     return describe_design(load_design(source, given), fidelity)
 
 
+@explained
 def edit(
     source: Source, values: Values | None = None, /, *, fidelity: str | None = None, **parameters: Value
 ) -> Builder:
@@ -86,6 +90,7 @@ def edit(
     return Builder.of(load_design(source, key_values(values, parameters)).mechanism(fidelity))
 
 
+@explained
 def generate(
     source: Source,
     values: Values | None = None,
@@ -125,6 +130,7 @@ def generate(
     return FilesResult(Path(out), files, made.sentence, (*d.warnings, *made.trial.warnings, *lost), made.trial.exit_code)
 
 
+@explained
 def generate_catalog(out: File = "models", names: Sequence[str] = (), *, pictures: bool = True) -> FilesResult:
     """A folder for each mechanism of the catalog: model files of its richest fidelity and the sheet (README.md).
 
@@ -192,6 +198,7 @@ def _gallery_picture(folder: Path) -> Path:
     return write(folder / "gallery.png", made)
 
 
+@explained
 def check(
     sources: Source | Sequence[Source] = (), values: Values | None = None, /, *, progress: Progress = silent, **parameters: Value
 ) -> CheckReport:
@@ -202,6 +209,7 @@ def check(
     return run_checks([load_design(entry, given) for entry in find_all(sources)], progress)
 
 
+@explained
 def claims(
     sources: Source | Sequence[Source] = (), /, *, figure: File | None = None, out: File | None = None, progress: Progress = silent
 ) -> ClaimReport:
@@ -229,6 +237,7 @@ def claims(
     return replace(run_claims(entries, progress), figures=drawn, warnings=warnings)
 
 
+@explained
 def run(
     source: Source,
     values: Values | None = None,

@@ -24,7 +24,7 @@ from mechlab.api.arguments import (
 from mechlab.api.finding import Source, design_and_rest, load_design
 from mechlab.api.suggestions import suggesting
 from mechlab.clock import costed, spent_on
-from mechlab.errors import MechlabError, unknown
+from mechlab.errors import MechlabError, explained, unknown
 from mechlab.studies.direct import NAMES as DIRECT_QUESTIONS
 from mechlab.values import Value, in_unit, one_number
 
@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from mechlab.studies.sensitivity.result import Sensitivity
 
 
+@explained
 @suggesting
 def solve(source: Source, values: Values | None = None, /, **given: Value) -> Answers:
     """Answers of all witnesses; keys are parameters and given quantities, numbers or arrays that broadcast.
@@ -58,6 +59,7 @@ def solve(source: Source, values: Values | None = None, /, **given: Value) -> An
     return ask(*design_and_rest(source, asked))
 
 
+@explained
 @suggesting
 def sensitivity(
     source: Source,
@@ -86,6 +88,7 @@ def sensitivity(
     return study(design, asked, Tolerances.of(tolerance), only, progress)
 
 
+@explained
 @suggesting
 def simulate(
     source: Source,
@@ -183,6 +186,7 @@ def _simulated(
     return replace(recording, sample_times=times, notes=design.warnings)
 
 
+@explained
 def portrait(
     source: Source, kind: str, values: Values | None = None, /, *, out: File | None = None, **given: Value
 ) -> PortraitResult:
@@ -208,6 +212,7 @@ def portrait(
     return write(base.name, made, None if out is None else Path(out), design.warnings)
 
 
+@explained
 @suggesting
 def cycle(
     source: Source,
@@ -254,6 +259,7 @@ def cycle(
     return result
 
 
+@explained
 @suggesting
 def chart(
     source: Source,
@@ -303,6 +309,7 @@ def chart(
     return result
 
 
+@explained
 @suggesting
 def fidelities(
     source: Source,

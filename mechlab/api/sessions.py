@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Literal
 from mechlab.api.arguments import Seconds, Values, Whole, key_values
 from mechlab.api.finding import Source, design_and_rest
 from mechlab.api.suggestions import suggesting
-from mechlab.errors import EngineMissing, install_extra
+from mechlab.errors import EngineMissing, explained, install_extra
 from mechlab.values import Value, one_number
 
 if TYPE_CHECKING:
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from mechlab.studies.modes.controlled import LinearModel
 
 
+@explained
 @suggesting
 def session(
     source: Source,
@@ -94,6 +95,7 @@ def _opened(
     )
 
 
+@explained
 @suggesting
 def environment(
     source: Source,
@@ -130,6 +132,7 @@ def environment(
     return made.Environment(one, reward, terminated, one.scene.duration if seconds is None else seconds)
 
 
+@explained
 @suggesting
 def environments(
     source: Source,
@@ -167,6 +170,7 @@ def environments(
     return made.Environments(fleet, reward, terminated, one.scene.duration if seconds is None else seconds)
 
 
+@explained
 @suggesting
 def linearize(
     source: Source,

@@ -21,7 +21,7 @@ from mechlab.api.arguments import (
     silent,
 )
 from mechlab.api.finding import Source, design_and_rest, load_design, open_source, sweep_command, travelling
-from mechlab.errors import UsageError
+from mechlab.errors import UsageError, explained
 from mechlab.files import whole_folder, write
 from mechlab.values import Range, Value, in_unit, one_number
 
@@ -36,6 +36,7 @@ LISTS = ("numbers", "integers")
 """Kinds of parameters that are lists themselves: a list of values is one of them, and no range."""
 
 
+@explained
 def modes(
     source: Source,
     values: Values | None = None,
@@ -91,6 +92,7 @@ def modes(
     return replace(result, files=files)
 
 
+@explained
 def stability(
     source: Source,
     values: Values | None = None,
@@ -153,6 +155,7 @@ def _method_names(text: str) -> tuple[str, ...]:
     return names
 
 
+@explained
 def sweep(
     source: Source,
     values: Values | None = None,
@@ -220,6 +223,7 @@ def sweep(
     )  # fmt: skip
 
 
+@explained
 def workspace(
     source: Source,
     values: Values | None = None,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from mechlab.api.arguments import Error, File, Plain, Progress, Seconds, Values, key_values, silent
 from mechlab.api.finding import Source, design_and_rest
-from mechlab.errors import MechlabError
+from mechlab.errors import MechlabError, explained
 from mechlab.values import one_number
 
 if TYPE_CHECKING:
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from mechlab.studies.track.tasks import Limit, Row, Target, Task
 
 
+@explained
 def track(
     source: Source,
     values: Mapping[str, Target] | None = None,

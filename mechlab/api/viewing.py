@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from mechlab.api.arguments import File, Progress, Stages, Values, key_values, silent
 from mechlab.api.finding import Source, load_design
 from mechlab.api.runs import simulate
-from mechlab.errors import MechlabError, UsageError
+from mechlab.errors import MechlabError, UsageError, explained
 from mechlab.files import whole_folder
 from mechlab.values import Range, Value
 
@@ -26,6 +26,7 @@ LOCAL = "127.0.0.1"
 Axis = Range | Sequence[float]
 
 
+@explained
 def load_recording(path: File, /, most_bytes: float | None = None) -> Recording:
     """The Recording of a .npz file that `save_recording` wrote; see `mechlab.formats.load_recording`. most_bytes: the largest
     size of all its numbers. Raises MechlabError, which names the file and what is wrong with it.
@@ -42,6 +43,7 @@ def page_of_recording(recording: Recording) -> str:
     return recording_page(recording)
 
 
+@explained
 def story(
     source: Source | Recording,
     values: Values | None = None,
@@ -89,6 +91,7 @@ def _sliders(design: Design) -> list[str]:
     return [name for name in design.entry.sliders if getattr(design.parameters, name)][:MOST_KEYS]
 
 
+@explained
 def explore(
     source: Source, values: Values | None = None, /, *, vary: Mapping[str, Axis] | None = None, **parameters: Value
 ) -> Story:
@@ -108,6 +111,7 @@ def explore(
     return replace(first, variants=variations(design, asked, first, explored_story))
 
 
+@explained
 def view(
     source: Source | Recording,
     values: Values | None = None,
@@ -228,6 +232,7 @@ def _live(
         return FilesResult(Path("."), {}, f"served on {server.url}")
 
 
+@explained
 def studio(source: Source, values: Values | None = None, /, **parameters: Value) -> FilesResult:
     """MuJoCo's own web viewer with a mechanism, until it is interrupted. Warns on stderr: its port is open to the network."""
     import tempfile
@@ -242,6 +247,7 @@ def studio(source: Source, values: Values | None = None, /, **parameters: Value)
     return FilesResult(Path("."), {}, "the web viewer was closed")
 
 
+@explained
 def draw(*, html: File | None = None, port: int = 0, wait: bool = True) -> FilesResult:
     """An empty plane in which a planar linkage is drawn: pivots, bars, sliders, gears, a motor; saved there as the JSON that
     every verb takes. Without a file the page is served on 127.0.0.1 until it is interrupted.
@@ -264,6 +270,7 @@ def draw(*, html: File | None = None, port: int = 0, wait: bool = True) -> Files
         return FilesResult(Path("."), {}, f"served on {server.url}")
 
 
+@explained
 def gallery(out: File, names: Sequence[str] = (), *, models: File = "models", progress: Stages = silent) -> FilesResult:
     """All mechanisms of the catalog as pages in one folder that any static host can serve; index.html first.
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.analytic.regions import Region
-from mechlab.errors import MechlabError
+from mechlab.errors import MechlabError, explained
 from mechlab.experiment.figure import SourceFigure
 from mechlab.experiment.model_file import ModelFile
 from mechlab.experiment.publication import Publication
@@ -60,6 +60,7 @@ class WorkspaceRecipe:
     text: str = ""
 
 
+@explained
 @dataclass(frozen=True)
 class CheckResult:
     """The values of a check. `values`: witness -> number or array; `expected`: the reference value, or None when the
@@ -90,6 +91,7 @@ class CheckResult:
         return self.difference <= self.tolerance
 
 
+@explained
 @dataclass(frozen=True)
 class Check:
     """A named check of a mechanism: `run(parameters) -> CheckResult`. `source` says where the expected value comes from."""
@@ -112,6 +114,7 @@ class Verdict(Enum):
     CANNOT = "cannot be checked"
 
 
+@explained
 @dataclass(frozen=True)
 class ClaimResult:
     """The test of a claim: the number that each witness computes, the verdict, and its reason in words."""
@@ -129,6 +132,7 @@ class ClaimResult:
         return f"{self.verdict.value}{joint}{self.because}"
 
 
+@explained
 @dataclass(frozen=True)
 class Claim:
     """A printed statement of a source. `printed`: the number or sentence as printed; `test()` computes it again.
@@ -154,6 +158,7 @@ class Claim:
             raise MechlabError(f"claim {self.id}: where does {self.source.label} print it? Give the equation, figure or section.")
 
 
+@explained
 @dataclass(frozen=True)
 class SceneRecipe:
     """A function that makes a scene: `make(parameters, fidelity) -> Scene`; `overrides`: its own defaults of
@@ -192,6 +197,7 @@ class Outside:
     source: str
 
 
+@explained
 @dataclass(frozen=True)
 class Entry:
     """An entry of the catalog, which a catalog file exports.

@@ -12,10 +12,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from mechlab.errors import explained
 from mechlab.mechanism.model import Mechanism
 from mechlab.tables import listed
 
 
+@explained
 @dataclass(frozen=True)
 class LeftOut:
     """Elements of a file that its Mechanism does not hold. what: their kind, as the file's format calls it ("contact", "mesh",
@@ -38,6 +40,7 @@ class LeftOut:
         return {"what": self.what, "names": list(self.names), "why": self.why, "kept": self.kept}
 
 
+@explained
 @dataclass(frozen=True)
 class ModelFile:
     """A model file: its path (None for a text), kind ("MJCF", "URDF"), mechanism, what is left out of it, and `notes`, sentences

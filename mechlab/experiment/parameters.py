@@ -14,7 +14,7 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Any, TypeVar, get_type_hints
 
-from mechlab.errors import MechlabError, unknown
+from mechlab.errors import MechlabError, explained, unknown
 from mechlab.experiment.entry import Entry
 from mechlab.experiment.question import Question
 from mechlab.mechanism.model import Mechanism
@@ -51,6 +51,7 @@ class ParameterInfo:
         return ", ".join(x for x in (low, high) if x)
 
 
+@explained
 def parameter(
     default: T,
     unit: str,

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mechlab.errors import MechlabError, unknown
+from mechlab.errors import MechlabError, explained, unknown
 from mechlab.mechanism.newton import Status
 from mechlab.results import Shown
 from mechlab.tables import listed
@@ -72,6 +72,7 @@ class Open:
         return {"quantities": list(self.quantities), "freedoms": list(self.freedoms), "give": list(self.give)}
 
 
+@explained
 @dataclass(frozen=True)
 class Answer:
     """The answer of one witness: values by name, or modes (a list, each with a "label"), or `cannot` with a sentence.
@@ -108,6 +109,7 @@ LENGTHS = ("m", "m/s", "m/s2")
 """Units of a length, its rate and its acceleration."""
 
 
+@explained
 @dataclass(frozen=True)
 class Question:
     """A question with the answers `answers`. It is chosen by the given keys: all of `given`, any of `optional` (key ->
@@ -129,6 +131,7 @@ class Question:
     tolerance: float = TOLERANCE
 
 
+@explained
 @dataclass(frozen=True, repr=False)
 class Answers(Shown):
     """The answers of all witnesses to one question, and their largest difference over the values they share."""

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from mechlab.clock import CostParts
-from mechlab.errors import MechlabError, unknown
+from mechlab.errors import MechlabError, explained, unknown
 from mechlab.experiment.scene import Settings
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.length_unit import is_length
@@ -82,6 +82,7 @@ class Symptom:
         }  # fmt: skip
 
 
+@explained
 @dataclass(frozen=True)
 class Health:
     """All findings of a run."""
@@ -119,6 +120,7 @@ class Cost:
     parts: CostParts = CostParts()
 
 
+@explained
 @dataclass(frozen=True, repr=False)
 class Recording(Result[Path]):
     """A run of a mechanism.

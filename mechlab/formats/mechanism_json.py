@@ -17,7 +17,7 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
-from mechlab.errors import MechlabError, unknown
+from mechlab.errors import MechlabError, explained, unknown
 from mechlab.formats.json_text import dump, parse
 from mechlab.mechanism.model import Mechanism
 from mechlab.values import LARGEST_NUMBER
@@ -32,6 +32,7 @@ _RATIO = re.compile(r"[+-]?\d{1,400}([/.]\d{1,400})?", re.ASCII)
 """Ratios as text, without an exponent: Fraction would compute 1e999999999 digit by digit."""
 
 
+@explained
 def to_json(mechanism: Mechanism, extra: Mapping[str, object] | None = None) -> str:
     """The mechanism as JSON text that ends with a newline; `extra`: more top-level keys, of EXTRA_KEYS."""
     for key in extra or {}:
@@ -40,6 +41,7 @@ def to_json(mechanism: Mechanism, extra: Mapping[str, object] | None = None) -> 
     return dump({"format": FORMAT, "schema": SCHEMA, **_encode(mechanism), **(extra or {})}) + "\n"
 
 
+@explained
 def from_json(text: str) -> Mechanism:
     """The Mechanism in JSON text.
 

@@ -13,7 +13,7 @@ from typing import IO
 
 import numpy as np
 
-from mechlab.errors import MechlabError
+from mechlab.errors import MechlabError, explained
 from mechlab.experiment.recording import Recording
 from mechlab.files import unfinished
 from mechlab.formats.recording_header import Header, header_text, read_header
@@ -28,6 +28,7 @@ CHUNK = 2**16
 NAMES = ("header", "t", "q", "v", "channels")
 
 
+@explained
 @save_result.register
 def save_recording(recording: Recording, path: str | Path) -> Path:
     """Write a recording to `path`, whole or not at all; raises CannotWrite when that is not possible."""

@@ -21,7 +21,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from mechlab.errors import MechlabError
+from mechlab.errors import MechlabError, explained
 from mechlab.formats.mjcf.write_tree import safe_tensor
 from mechlab.formats.xml_text import SIZES, add, primitive, text
 from mechlab.mechanism.geometry import IDENTITY, Placement, Vector
@@ -127,6 +127,7 @@ def urdf_map(m: Mechanism) -> UrdfMap:
     return out
 
 
+@explained
 def to_urdf(m: Mechanism, mesh_files: Mapping[Shape, str] | None = None) -> str:
     """The tree of the mechanism as URDF text; `mesh_files`: the file of each shape that has one, relative to it."""
     files = mesh_files or {}

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mechlab.errors import MechlabError, unknown
+from mechlab.errors import MechlabError, explained, unknown
 from mechlab.experiment.model_file import LeftOut, ModelFile
 from mechlab.formats.loops_yaml import RELAY, LoopsYaml, Pin, read_loops_yaml
 from mechlab.formats.mjcf.source import clean
@@ -36,6 +36,7 @@ BALL = re.compile(r"spherical|rotule", re.IGNORECASE)
 """Names of joints that an Extended URDF is to read as ball joints."""
 
 
+@explained
 def from_urdf(content: str) -> Mechanism:
     """The Mechanism in a URDF text, with the loops that the text itself declares, assembled; raises MechlabError that names
     what it cannot read. `read_urdf` reads the files beside it, too, and says what is left out."""

@@ -1,8 +1,10 @@
 """A planar linkage of rigid links in a file, for the question `assur`.
 
 JSON: {"fixed": {"O": [0, 0]}, "links": {"crank": {"O": [0, 0], "A": [0.2, 0]}, "rod": ["A", "B", 0.5]}, "drives": ["crank"]}, and
-optionally name and unit. A link is its points in its own axes, or, with two points, their names and distance. CSV: a table with the
-columns link, point, x, y, in metres; the link `ground` has the fixed points, and a word in a further column `drive` marks a driven link.
+optionally name, unit and slides, {"s": {"point": "B", "guide": "ground", "through": [0, 0], "along": [1, 0]}}: the point lies on that line
+of the guide, a link or the ground. A link is its points in its own axes, or, with two points, their names and distance. CSV, without
+slides: a table with the columns link, point, x, y, in metres; the link `ground` has the fixed points, and a word in a further column
+`drive` marks a driven link.
 """
 
 from __future__ import annotations
@@ -11,12 +13,13 @@ import csv
 from pathlib import Path
 from typing import Any
 
-from mechlab.analytic.assur.links import GROUND, Links
+from mechlab.analytic.assur.links import GROUND, Links, Slide
 from mechlab.errors import MechlabError, unknown
 from mechlab.formats.json_text import parse
 from mechlab.units import UNITS
 
-REQUIRED, OPTIONAL = ("fixed", "links", "drives"), ("name", "unit")
+REQUIRED, OPTIONAL = ("fixed", "links", "drives"), ("name", "unit", "slides")
+OF_A_SLIDE = ("point", "guide", "through", "along")
 COLUMNS = ("link", "point", "x", "y")
 LARGEST = 1e6
 LENGTHS = tuple(k for k, u in UNITS.items() if u.si == "m")
@@ -53,7 +56,20 @@ def _from_json(text: str, file: Path) -> Links:
     if not all(isinstance(d, str) for d in drives):
         raise MechlabError("drives: expected names of links.")
     made = {str(name): _link(str(name), value, factor) for name, value in links.items()}
-    return Links(made, {str(n): _point(f"fixed point {n!r}", xy, factor) for n, xy in fixed.items()}, tuple(drives))
+    slides = document.get("slides", {})
+    if not isinstance(slides, dict):
+        raise MechlabError("expected slides as an object.")
+    ground = {str(n): _point(f"fixed point {n!r}", xy, factor) for n, xy in fixed.items()}
+    return Links(made, ground, tuple(drives), {str(n): _slide(str(n), value, factor) for n, value in slides.items()})
+
+
+def _slide(name: str, value: Any, factor: float) -> Slide:
+    if not isinstance(value, dict) or set(value) != set(OF_A_SLIDE) or not all(isinstance(value[k], str) for k in OF_A_SLIDE[:2]):
+        raise MechlabError(
+            f'slide {name!r}: expected {{"point": "P", "guide": LINK or "{GROUND}", "through": [x, y], "along": [dx, dy]}}, got {value!r}.'
+        )
+    through, along = (_point(f"slide {name!r}, {k}", value[k], factor) for k in OF_A_SLIDE[2:])
+    return Slide(value["point"], value["guide"], through, along)
 
 
 def _link(name: str, value: Any, factor: float) -> dict[str, complex]:

@@ -9,7 +9,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from mechlab.engines.protocol import available, engine
-from mechlab.errors import MechlabError, unknown
+from mechlab.errors import MechlabError, explained, unknown
 from mechlab.experiment.acting import acting
 from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.laws import Constant
@@ -34,6 +34,7 @@ LONGEST = 1e6
 """Longest simulated time [s] of a run."""
 
 
+@explained
 @dataclass(frozen=True, repr=False)
 class Design(Shown):
     """An entry and its parameters. `given` are the parameters that the user set (they outrank those of a scene)."""

@@ -18,7 +18,7 @@ from fractions import Fraction
 from typing import Any, TypeVar, overload
 
 from mechlab.engines.protocol import engine
-from mechlab.errors import MechlabError
+from mechlab.errors import MechlabError, explained
 from mechlab.experiment.acting import drive_law
 from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.model_file import ModelFile
@@ -185,6 +185,7 @@ def scene(function: M, /) -> M: ...
 def scene(
     *, of: Callable[..., Mechanism] | None = None, name: str | None = None, default: bool = False, **parameters: object
 ) -> Callable[[M], M]: ...
+@explained
 def scene(
     function: M | None = None,
     /,

@@ -45,6 +45,7 @@ def _a_joint(joint: object, what: str) -> None:
         raise MechlabError(f"{what}: expected a joint such as revolute('name'), got {joint!r}.")
 
 
+@explained
 class Builder(Editable):
     """Collects the parts of a mechanism in any order. All placements are those of the reference pose."""
 

@@ -48,6 +48,7 @@ class GearMesh:
     side: int = 1
 
 
+@explained
 def relation(mesh: GearMesh, mechanism: Mechanism) -> LinearRelation:
     """The exact LinearRelation of a mesh in a mechanism (loops and relations of the mechanism do not matter).
 

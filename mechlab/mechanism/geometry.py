@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mechlab.errors import MechlabError
+from mechlab.errors import MechlabError, explained
 
 Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
@@ -154,6 +154,7 @@ def frame_along(axis: ArrayLike) -> Array:
     return np.column_stack([x, cross(z, x), z])
 
 
+@explained
 @dataclass(frozen=True)
 class Placement:
     """A rigid transform: maps coordinates of the placed frame to those of the frame it is placed in.

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.errors import unknown
+from mechlab.errors import explained, unknown
 from mechlab.mechanism.curve import CurveRelation
 from mechlab.mechanism.geometry import Array, Vector
 from mechlab.mechanism.parts import Body, Coefficients, Drive, Frame, Joint, LinearRelation, Loop, Shaft, Shape, Spring
@@ -26,6 +26,7 @@ CHECKS: list[Callable[[Mechanism], None]] = []
 """Checks that every Mechanism passes when it is made; filled by `mechlab.mechanism.validate`."""
 
 
+@explained
 @dataclass(frozen=True, repr=False)
 class Mechanism(Result[Path]):
     """A tree of bodies, depth-first, and what closes, couples and drives it. All coordinates are 0 in the reference

@@ -18,6 +18,7 @@ from mechlab.mechanism.inertia import Inertia
 Color = tuple[float, float, float, float]
 
 
+@explained
 @dataclass(frozen=True)
 class Shape:
     """A solid of `kind` (see `mechlab.shapes.KINDS`) with named `size` parameters [m, rad, counts], placed in its body.
@@ -123,6 +124,7 @@ class Joint:
         return 3 if self.kind == "spherical" else 1
 
 
+@explained
 @dataclass(frozen=True)
 class Body:
     """A rigid part: where it stands in its parent in the reference pose, its joints (none: welded), inertia, looks.
@@ -232,6 +234,7 @@ class Winding:
     inductance: float = 0.0
 
 
+@explained
 @dataclass(frozen=True)
 class Control:
     """The units of the control u of a drive, as a file gives them; the force of the actuator is
@@ -295,16 +298,19 @@ def _joint(name: str, kind: str, axis: Vector, options: dict[str, object]) -> Jo
     return Joint(name, kind, axis, **options)  # type: ignore[arg-type]
 
 
+@explained
 def revolute(name: str, axis: AxisLike = "z", **options: object) -> Joint:
     """A revolute joint [rad]; options as of `Joint`: zero, range, damping, armature, friction, stiffness, spring_rest."""
     return _joint(name, "revolute", axis_vector(axis, f"joint {name!r}"), options)
 
 
+@explained
 def prismatic(name: str, axis: AxisLike = "z", **options: object) -> Joint:
     """A prismatic joint [m]; options as of `Joint`."""
     return _joint(name, "prismatic", axis_vector(axis, f"joint {name!r}"), options)
 
 
+@explained
 def spherical(name: str, **options: object) -> Joint:
     """A spherical joint (quaternion w, x, y, z)."""
     return _joint(name, "spherical", Z, options)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from functools import lru_cache
 from types import MappingProxyType
 
-from mechlab.errors import MechlabError, unknown
+from mechlab.errors import MechlabError, explained, unknown
 from mechlab.mechanism import parts
 from mechlab.mechanism.geometry import IDENTITY, Placement
 from mechlab.mechanism.given import Number, si
@@ -32,6 +32,7 @@ MAX_COUNT = 2000
 """Largest number of teeth, holes, spokes and the like in one solid."""
 
 
+@explained
 def shape(
     kind: str, placement: Placement = IDENTITY, color: Color = (0.62, 0.66, 0.72, 1.0), name: str = "", **size: Number
 ) -> Shape:

@@ -1,6 +1,7 @@
 """A story as a few kilobytes that a small canvas moves: outlines of its parts, and places of its bodies on the screen.
 
-A part is the convex outline of some points of it, filled, from the farthest part to the nearest. The view has no perspective, so a
+A part is the convex outline of some points of it, filled, from the farthest part to the nearest; `loops` are the true outline of one that
+is hollow or slotted. The view has no perspective, so a
 body's place on the screen is a matrix (2, 3) and a shift (2,), between frames in straight lines. Numbers are whole, in units of
 1 / UNIT of the half width of the picture.
 """
@@ -16,6 +17,7 @@ import numpy as np
 from mechlab.viewer.facing import faced_from
 from mechlab.viewer.film import film_span
 from mechlab.viewer.framing import THREE_QUARTER, frame_story
+from mechlab.viewer.outline import hollow_outline
 from mechlab.viewer.story import Array, Part, Story
 
 FRAMES = 24
@@ -33,7 +35,7 @@ _AROUND = np.array([d for d in itertools.product((-1.0, 0.0, 1.0), repeat=3) if 
 
 
 def thumbnail(story: Story) -> dict[str, Any]:
-    """JSON-able: `parts` [{body, color, points [[x, y, z], ...], mark [two points] or []}], `bodies` {index: frames of
+    """JSON-able: `parts` [{body, color, points [[x, y, z], ...], mark [two points] or [], loops or none}], `bodies` {index: frames of
     [a, b, c, d, e, f, x, y], one frame where it stands still}, `paths` [{color, points [[x, y], ...]}], `loop`, `seconds` of a
     round. Empty for a story that does not move."""
     if len(story.t) < 2 or not story.parts:
@@ -113,13 +115,23 @@ def _drawn(part: Part, body: int, seen: Array, half: float, planar: bool) -> dic
     directions = directions if planar else np.concatenate([_AROUND, directions[::2]])
     chosen = points[np.unique((points @ directions.T).argmax(axis=0))]
     extents = np.sort(np.ptp(points @ part.placement[:3, :3], axis=0))
+    loops = [loop @ part.placement[:3, :3].T + part.placement[:3, 3] for loop in hollow_outline(part, seen[2] @ part.placement[:3, :3])]
     mark: list[list[int]] = []
     if extents[2] - extents[1] < ROUND * extents[2] and extents[0] < 0.8 * extents[1]:
         center = 0.5 * (points.min(axis=0) + points.max(axis=0))
         rim = chosen[np.linalg.norm(chosen - center, axis=1).argmax()]
-        mark = _whole([center + 0.35 * (rim - center), center + 0.92 * (rim - center)], half)
+        begin = max([0.35, *(_hole(loop, center, float(np.linalg.norm(rim - center))) for loop in loops)])
+        mark = _whole([center + begin * (rim - center), center + max(0.92, begin) * (rim - center)], half)
     red, green, blue = (round(255 * c) for c in part.color[:3])
-    return {"body": body, "color": f"#{red:02x}{green:02x}{blue:02x}", "points": _whole(chosen, half), "mark": mark}
+    out = {"body": body, "color": f"#{red:02x}{green:02x}{blue:02x}", "points": _whole(chosen, half), "mark": mark}
+    return out | {"loops": [_whole(loop, half) for loop in loops]} if loops else out
+
+
+def _hole(loop: Array, center: Array, radius: float) -> float:
+    """Radius of a hole about the centre, as a share of the outer one; 0 for other loops."""
+    off = np.linalg.norm(loop.mean(axis=0) - center)
+    share = float(np.linalg.norm(loop - loop.mean(axis=0), axis=1).max()) / radius
+    return share if share < 0.99 and off < radius * max(0.1, 1.0 - share) and off < 0.5 * share * radius else 0.0
 
 
 def _whole(points: Any, half: float) -> list[list[int]]:

@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 from mechlab.analytic import assur
-from mechlab.analytic.assur.bilinear import all_solutions, path_count
-from mechlab.analytic.assur.links import Links, branches, modes_by_trial, modes_of, positions
+from mechlab.analytic.assur.bilinear import Bilinear, all_solutions, path_count
+from mechlab.analytic.assur.link_modes import branches, modes_by_trial, modes_of, positions
+from mechlab.analytic.assur.links import Links
 from mechlab.errors import MechlabError
 
 CLASS_4 = Links(
@@ -138,7 +139,7 @@ def test_bilinear_equations_have_as_many_solutions_as_paths() -> None:
     rng = np.random.default_rng(1)
     for n in (1, 2, 3):
         u, v = (rng.standard_normal((2 * n, n + 1)) + 1j * rng.standard_normal((2 * n, n + 1)) for _ in range(2))
-        ends = all_solutions(u, v)
+        ends = all_solutions(Bilinear(u, v))
         assert ends.finite.sum() == path_count(n) and not ends.lost
         one = np.ones((path_count(n), 1))
         left = (np.hstack([one, ends.x]) @ u.T) * (np.hstack([one, ends.y]) @ v.T)

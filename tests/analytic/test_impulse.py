@@ -5,16 +5,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from mechlab.analytic.impulse import (
     Impulse,
     accelerations,
+    after_turns,
     coefficients,
     constant_speed_acceleration,
     first_integral,
     frictionless_mean_speed,
     harmonic_amplitudes,
     harmonic_motion,
+    motor_orbit,
     periodic_orbit,
     resonances,
     section_points,
@@ -165,3 +168,42 @@ def test_offset_counts_in_the_inertia_exactly() -> None:
     assert Impulse(nJ3=8.0 * 0.083**2).nJ3 > 0
     with pytest.raises(MechlabError, match="nm h"):
         Impulse(nJ3=8.0 * 0.083**2 * 0.999)
+
+
+def test_with_the_motor_neighbours_come_nearer_as_the_multipliers_say() -> None:
+    """A light input shaft, which swings, and so is damped by its motor: against runs in time up to the same turn of the planets."""
+    p = Impulse(M0=0.0, M1=0.0, Mn=10.0, c=500.0, J1=0.6, tau=0.01)
+    guess = periodic_orbit(replace(p, J1=14.0), 150.0).start[1]
+    cycle = motor_orbit(p, np.array([0.0, 153.0, guess, 0.0]))
+    turns, away = 30, np.array([2e-4, 0.0, 0.0, 0.0])
+
+    def end(z: np.ndarray) -> np.ndarray:
+        def full(t: float, y: np.ndarray) -> float:
+            return float(p.q * (y[0] - y[1]) - 2.0 * np.pi * turns)
+
+        full.terminal, full.direction = True, 1.0  # type: ignore[attr-defined]
+        start = [z[0], *z]  # psi = 0: alpha = beta
+        run = solve_ivp(lambda t, y: slope(p, y), (0.0, 2.0 * turns * cycle.period), start, "LSODA", rtol=1e-11, atol=1e-12, events=full)
+        return np.asarray(run.y_events[0][0])[1:]
+
+    same = end(cycle.start)
+    np.testing.assert_allclose(same, cycle.start, atol=1e-6)  # it is periodic
+    _, vectors = np.linalg.eig(_derivative(p, cycle.start))
+    shares = np.linalg.solve(vectors, away)
+    left = np.linalg.norm(np.linalg.solve(vectors, end(cycle.start + away) - same)[np.abs(shares).argmax()]) / np.abs(shares).max()
+    slowest = np.abs(cycle.multipliers[0])
+    assert 1e-4 < cycle.approach < 0.5
+    # The distance is small, but not zero: what is of second order in it leaves some per cent.
+    assert left == pytest.approx(slowest**turns, rel=0.05)
+
+
+def _derivative(p: Impulse, z: np.ndarray) -> np.ndarray:
+    """Of the map over a turn, by one-sided differences."""
+    steps = np.array([1e-6, 1e-4, 1e-5, 1e-3])
+    ends = after_turns(p, np.vstack([z, z + np.diag(steps)]))[0]
+    return ((ends[1:] - ends[0]) / steps[:, None]).T
+
+
+def test_no_cycle_with_the_motor_under_dry_friction() -> None:
+    with pytest.raises(MechlabError, match="dry friction"):
+        motor_orbit(Impulse(M1=5.0, c=500.0), np.zeros(4))

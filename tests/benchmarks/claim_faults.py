@@ -10,6 +10,7 @@ claims do not enter, or that mean the same).
 
 2026-11-23, eight mutants each of planetary, gear_linkage, prosthetic_leg, class4_linkage (seed 0), delta6 and closed_differential (seed 1):
 28 flip a verdict, 3 its words and 2 its numbers alone (four of these five belong to claims that fail either way), 15 change nothing.
+30 mutants of impulse_transmission (seed 3): 19 flip a verdict, 6 its words, 1 its numbers alone, 4 change nothing.
 """
 
 from __future__ import annotations

@@ -122,3 +122,29 @@ def test_bad_files(text: str, tmp_path: Path) -> None:
             api.solve("assur", links=write(tmp_path, text, name), crank=1.0)
     with pytest.raises(MechlabError, match="cannot read"):
         api.solve("assur", links=str(tmp_path / "nothing.json"), crank=1.0)
+
+
+SLIDER = {
+    "fixed": {"O": [0, 0]}, "unit": "mm", "links": {"crank": ["O", "A", 100], "rod": ["A", "B", 300]}, "drives": ["crank"],
+    "slides": {"x": {"point": "B", "guide": "ground", "through": [0, 20], "along": [1, 0]}},
+}  # fmt: skip
+
+
+def test_a_slider_crank_from_a_file(tmp_path: Path) -> None:
+    found = api.solve("assur", links=write(tmp_path, SLIDER), crank=0.7, crank_rate=10.0)
+    y = 0.02 - 0.1 * np.sin(0.7)
+    places = 0.1 * np.cos(0.7) + np.sqrt(0.09 - y * y) * np.array([-1.0, 1.0])
+    for witness in ("homotopy", "newton"):
+        np.testing.assert_allclose(np.sort(found[witness]["x"]), places, atol=1e-14)
+    assert found.units["x"] == "m" and found.units["x_rate"] == "m/s" and found.units["rod"] == "rad"
+    table, curves = tmp_path / "t.csv", tmp_path / "c.png"
+    api.solve("assur", links=write(tmp_path, SLIDER), crank=np.linspace(0.0, 6.2, 40), crank_rate=1.0, table=str(table), curves=str(curves))
+    rows = list(csv.DictReader(table.read_text().splitlines()))
+    assert len(rows) == 80 and {"x", "x_rate", "x_accel"} <= set(rows[0]) and curves.stat().st_size > 5000
+
+
+@pytest.mark.parametrize("slides", [["B"], {"x": ["B"]}, {"x": {"point": "B", "guide": "ground", "through": [0, 0]}},
+                                    {"x": {"point": "B", "guide": "ground", "through": 0, "along": [1, 0]}}])  # fmt: skip
+def test_bad_slides_of_a_file(tmp_path: Path, slides: Any) -> None:
+    with pytest.raises(MechlabError, match="slide"):
+        api.solve("assur", links=write(tmp_path, {**SLIDER, "slides": slides}), crank=0.7)

@@ -1,15 +1,17 @@
 """All solutions of n + n bilinear equations by continuation, with the number of paths as the proof that none is missed.
 
-    U_k(x) V_k(y) = x_0 y_0,   k = 1 .. 2 n,   x, y in P^n,   U_k, V_k linear
+    U_k(x) V_k(y) + R_k(x) S_k(y) = c_k x_0 y_0,   k = 1 .. 2 n,   x, y in P^n,   U_k, V_k, R_k, S_k linear
 
 has at most binomial(2 n, n) isolated solutions (multihomogeneous Bezout number of bidegree (1, 1)). The start system
 l_k(x) m_k(y) = 0 with random l, m has exactly so many: n of the l vanish, and the other n of the m. Along
-(1 - t) gamma l_k m_k + t (U_k V_k - x_0 y_0) = 0 with a random complex gamma each isolated solution at t = 1 is the end of a path, with
-probability one (Morgan & Sommese 1987; Sommese & Wampler 2005). Random affine patches of both spaces keep ends at infinity finite.
+(1 - t) gamma l_k m_k + t (U_k V_k + R_k S_k - c_k x_0 y_0) = 0 with a random complex gamma each isolated solution at t = 1 is the end of a
+path, with probability one (Morgan & Sommese 1987; Sommese & Wampler 2005). Random affine patches of both spaces keep ends at infinity
+finite.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations
@@ -35,6 +37,29 @@ class Paths:
     y: Complex
     finite: np.ndarray
     lost: np.ndarray
+
+
+@dataclass(frozen=True)
+class Bilinear:
+    """Coefficients (..., 2 n, n + 1) of U_k, V_k, those of x_0 and y_0 first; r, s: of R_k, S_k, or None where there are none; c (2 n,)."""
+
+    u: Complex
+    v: Complex
+    r: Complex | None = None
+    s: Complex | None = None
+    c: np.ndarray | float = 1.0
+
+    def paths(self, count: int) -> Bilinear:
+        """The equations of each path, `count` at each position, with one leading axis."""
+        return self._each(lambda a: np.repeat(a.reshape(-1, *a.shape[-2:]), count, axis=0))
+
+    def of(self, rows: np.ndarray) -> Bilinear:
+        """The equations of some paths."""
+        return self._each(lambda a: a[rows])
+
+    def _each(self, change: Callable[[Complex], Complex]) -> Bilinear:
+        r, s = (None if a is None else change(a) for a in (self.r, self.s))
+        return Bilinear(change(self.u), change(self.v), r, s, self.c)
 
 
 @dataclass(frozen=True)
@@ -71,14 +96,14 @@ def path_count(n: int) -> int:
     return comb(2 * n, n)
 
 
-def all_solutions(u: Complex, v: Complex) -> Paths:
-    """Ends of all paths for u, v (..., 2 n, n + 1), the coefficients of U_k and V_k, that of x_0 first."""
-    shape, n = u.shape[:-2], u.shape[-1] - 1
+def all_solutions(equations: Bilinear) -> Paths:
+    """Ends of all paths for the equations at each position."""
+    shape, n = equations.u.shape[:-2], equations.u.shape[-1] - 1
     s = _start(n)
     count = len(s.points)
-    uu, vv = (np.repeat(a.reshape(-1, 2 * n, n + 1), count, axis=0) for a in (u, v))
-    z = np.tile(s.points, (uu.shape[0] // count, 1))
-    z, arrived = _track(s, uu, vv, z)
+    each = equations.paths(count)
+    z = np.tile(s.points, (len(each.u) // count, 1))
+    z, arrived = _track(s, each, z)
     x, y = z[:, : n + 1], z[:, n + 1 :]
     scale = np.abs(x[:, 0] / np.abs(x).max(axis=1)), np.abs(y[:, 0] / np.abs(y).max(axis=1))
     finite = arrived & (scale[0] > AT_INFINITY) & (scale[1] > AT_INFINITY)
@@ -89,19 +114,24 @@ def all_solutions(u: Complex, v: Complex) -> Paths:
     return Paths(ends[0], ends[1], finite.reshape(*shape, count), np.asarray(lost))
 
 
-def _system(s: _Start, u: Complex, v: Complex, z: Complex, t: np.ndarray) -> tuple[Complex, Complex, Complex]:
+def _system(s: _Start, e: Bilinear, z: Complex, t: np.ndarray) -> tuple[Complex, Complex, Complex]:
     """Values (p, 2 n + 2), Jacobian, and derivative by t, at points z (p, 2 n + 2)."""
     half = z.shape[1] // 2
     x, y = z[:, :half], z[:, half:]
     l, m = x @ s.l.T, y @ s.m.T
-    fu, fv = np.einsum("pki,pi->pk", u, x), np.einsum("pki,pi->pk", v, y)
+    fu, fv = np.einsum("pki,pi->pk", e.u, x), np.einsum("pki,pi->pk", e.v, y)
     begin, end = (1.0 - t)[:, None] * s.gamma, t[:, None]
-    f = fu * fv - (x[:, 0] * y[:, 0])[:, None]
+    f = fu * fv - e.c * (x[:, 0] * y[:, 0])[:, None]
+    if e.r is not None and e.s is not None:
+        fr, fs = np.einsum("pki,pi->pk", e.r, x), np.einsum("pki,pi->pk", e.s, y)
+        f = f + fr * fs
     value = begin * l * m + end * f
-    dx = begin[..., None] * m[..., None] * s.l + end[..., None] * fv[..., None] * u
-    dy = begin[..., None] * l[..., None] * s.m + end[..., None] * fu[..., None] * v
-    dx[:, :, 0] -= end * y[:, :1]
-    dy[:, :, 0] -= end * x[:, :1]
+    dx = begin[..., None] * m[..., None] * s.l + end[..., None] * fv[..., None] * e.u
+    dy = begin[..., None] * l[..., None] * s.m + end[..., None] * fu[..., None] * e.v
+    if e.r is not None and e.s is not None:
+        dx, dy = dx + end[..., None] * fs[..., None] * e.r, dy + end[..., None] * fr[..., None] * e.s
+    dx[:, :, 0] -= end * e.c * y[:, :1]
+    dy[:, :, 0] -= end * e.c * x[:, :1]
     rows = 2 * half
     jacobian = np.zeros((len(z), rows, rows), dtype=complex)
     jacobian[:, : rows - 2, :half], jacobian[:, : rows - 2, half:] = dx, dy
@@ -118,7 +148,7 @@ def _solve(jacobian: Complex, right: Complex) -> Complex:
         return np.stack([np.linalg.lstsq(a, b, rcond=None)[0] for a, b in zip(jacobian, right, strict=True)])
 
 
-def _track(s: _Start, u: Complex, v: Complex, z: Complex) -> tuple[Complex, np.ndarray]:
+def _track(s: _Start, e: Bilinear, z: Complex) -> tuple[Complex, np.ndarray]:
     """Points at t = 1 and which paths arrived: each path with its own step, a Runge-Kutta predictor and Newton's corrector."""
     z = z.copy()
     t, h, good = np.zeros(len(z)), np.full(len(z), 0.02), np.zeros(len(z), dtype=int)
@@ -126,11 +156,11 @@ def _track(s: _Start, u: Complex, v: Complex, z: Complex) -> tuple[Complex, np.n
     for _ in range(STEPS):
         if not busy.size:
             break
-        a, b, at, now = u[busy], v[busy], z[busy], t[busy]
+        part, at, now = e.of(busy), z[busy], t[busy]
         step = np.minimum(h[busy], 1.0 - now)
 
-        def flow(point: Complex, time: np.ndarray, a: Complex = a, b: Complex = b) -> Complex:
-            _, jacobian, slope = _system(s, a, b, point, time)
+        def flow(point: Complex, time: np.ndarray, part: Bilinear = part) -> Complex:
+            _, jacobian, slope = _system(s, part, point, time)
             return -_solve(jacobian, slope)
 
         k1 = flow(at, now)
@@ -140,7 +170,7 @@ def _track(s: _Start, u: Complex, v: Complex, z: Complex) -> tuple[Complex, np.n
         new = at + step[:, None] / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
         ahead, first = now + step, np.zeros(len(new))
         for turn in range(3):
-            value, jacobian, _ = _system(s, a, b, new, ahead)
+            value, jacobian, _ = _system(s, part, new, ahead)
             change = _solve(jacobian, -value)
             size = np.abs(change).max(axis=1) / np.maximum(np.abs(new).max(axis=1), 1e-300)
             first = size if turn == 0 else first

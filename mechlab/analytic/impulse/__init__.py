@@ -29,6 +29,7 @@ from mechlab.analytic.impulse.model import (
     slip_speed,
     slope,
 )
+from mechlab.analytic.impulse.motor_orbit import MotorOrbit, after_turns, motor_orbit
 from mechlab.analytic.impulse.regime import (
     OneWayLimits,
     OneWayRegime,
@@ -41,9 +42,10 @@ from mechlab.analytic.impulse.regime import (
 )
 
 __all__ = [
-    "ClutchedCycle", "ConstantSpeed", "Impulse", "OneWayLimits", "OneWayRegime", "Orbit", "OutputConstants", "WithMotor", "accelerations",
-    "angles", "clutched", "coefficients", "constant_speed_acceleration", "constant_speed_torque", "first_integral",
+    "ClutchedCycle", "ConstantSpeed", "Impulse", "MotorOrbit", "OneWayLimits", "OneWayRegime", "Orbit", "OutputConstants", "WithMotor",
+    "accelerations", "after_turns", "angles", "clutched",
+    "coefficients", "constant_speed_acceleration", "constant_speed_torque", "first_integral",
     "frictionless_mean_speed", "harmonic_amplitudes", "harmonic_motion", "limits", "load", "motor_rate",
-    "motor_torque_at", "periodic_orbit", "resonances", "section_points", "shape", "simulated_clutch", "slip_speed", "slope",
+    "motor_orbit", "motor_torque_at", "periodic_orbit", "resonances", "section_points", "shape", "simulated_clutch", "slip_speed", "slope",
     "unidirectional",
 ]  # fmt: skip

@@ -11,6 +11,7 @@ deviation of the output from its rest is least, with swing, transmission angles 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +19,7 @@ import numpy as np
 from mechlab.analytic.path_synthesis.curves import Array, Complex
 from mechlab.analytic.path_synthesis.minimax import least_largest
 from mechlab.analytic.path_synthesis.straight import coupler_turn, turning, turning_shapes
+from mechlab.progress import counted, part, silent
 
 TURN = 72
 """Crank angles of a full turn."""
@@ -53,9 +55,11 @@ class DwellSixbar:
     longest: float
 
 
-def dwell_sixbars(angle: float, swing: float, size: float, least: float) -> tuple[DwellSixbar, ...]:
+def dwell_sixbars(
+    angle: float, swing: float, size: float, least: float, progress: Callable[[int, int], None] = silent
+) -> tuple[DwellSixbar, ...]:
     """Six-bars that rest for a crank angle [rad] and swing by at least `swing` [rad], the stillest first. size: longest bar in cranks;
-    least: smallest transmission angle [rad]."""
+    least: smallest transmission angle [rad]; progress hears (done, total)."""
 
     def model(x: Array, side: int) -> tuple[Array, Array]:
         deviation = output_angle(x, x[:, 5, None] + np.linspace(-0.5, 0.5, FINE) * angle, side)[0] - x[:, 10, None]
@@ -68,9 +72,10 @@ def dwell_sixbars(angle: float, swing: float, size: float, least: float) -> tupl
         found, value = least_largest(lambda rows: model(rows, side), x, rounds)
         return value, found, side
 
-    first = sorted((moved(x, side, ROUNDS[0]) for x, side in _starts(angle, swing, size, least)), key=lambda v: v[0])
+    begun = counted(_starts(angle, swing, size, least, part(progress, 0, 25)), part(progress, 25, 65))
+    first = sorted((moved(x, side, ROUNDS[0]) for x, side in begun), key=lambda v: v[0])
     out = list[DwellSixbar]()
-    for value, x, side in (moved(x, side, ROUNDS[1]) for _, x, side in first[:REFINED]):
+    for value, x, side in (moved(x, side, ROUNDS[1]) for _, x, side in counted(first[:REFINED], part(progress, 65, 100))):
         if np.isfinite(value) and np.min(model(x[None], side)[1]) > -1e-6:
             found = _found(x, side, angle)
             if all(abs(found.deviation / o.deviation - 1.0) > 1e-3 or abs(found.ground - o.ground) > 1e-2 for o in out):
@@ -144,13 +149,15 @@ def _arcs(angle: float, size: float, least: float) -> tuple[Array, Complex]:
     return rows, centre[chosen, at]
 
 
-def _starts(angle: float, swing: float, size: float, least: float) -> list[tuple[Array, int]]:
+def _starts(
+    angle: float, swing: float, size: float, least: float, progress: Callable[[int, int], None]
+) -> list[tuple[Array, int]]:
     """Rows (11,) with the output pivot that suits each arc, and the side of R."""
     arcs, centres = _arcs(angle, size, least)
     t = 2.0 * np.pi * np.arange(TURN) / TURN
     lengths, directions = np.meshgrid(np.array([0.7, 1.2, 2.0, 3.2, 5.0]), np.arange(24) * np.pi / 12.0)
     out = list[tuple[float, Array, int]]()
-    for arc, centre in zip(arcs, centres, strict=True):
+    for arc, centre in counted(list(zip(arcs, centres, strict=True)), progress):
         pivots = centre + lengths.ravel() * np.exp(1j * directions.ravel())
         rest = np.angle(centre - pivots)
         many = np.ones((len(pivots), 1))

@@ -12,7 +12,7 @@ best starts of an atlas (`atlas`), for free timing with several guesses of the c
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -23,6 +23,7 @@ from mechlab.analytic.path_synthesis.atlas import starts
 from mechlab.analytic.path_synthesis.curves import Array, Geared, widest
 from mechlab.analytic.path_synthesis.fit import Fitted, fit
 from mechlab.analytic.path_synthesis.task import Found, PathLinkage, PathTask, best, joined, judged, one_by_one, ordered
+from mechlab.progress import counted, part, silent
 
 FOUR = Geared()
 
@@ -38,17 +39,17 @@ RATIOS = (-1, 1, -2, 2)
 """Gear ratios of five-bars that are tried, second crank to first."""
 
 
-def path_fourbars(task: PathTask) -> tuple[PathLinkage, ...]:
+def path_fourbars(task: PathTask, progress: Callable[[int, int], None] = silent) -> tuple[PathLinkage, ...]:
     """Four-bars, the best first: exact ones in the order of their transmission angle, the others in that of their squares; also those with
-    a defect."""
+    a defect. progress hears (done, total)."""
     if task.timed and len(task.targets) == POSITIONS:
         found = [judged(f, FOUR, task, 1e-6) for f in _five(task)]
         if any(not f.defect and f.least_transmission_angle >= task.least for f in found):
             return ordered(found, task)
     first, few = np.arange(len(task.targets)), suited(task)
-    part = replace(task, targets=task.targets[few], timing=None if task.timing is None else task.timing[few])
-    begun = joined([_begun(part, t) for t in timings(part)])
-    begun = fit(part.targets, begun, FOUR, task.timed, task.limits, 30 if task.timed else 12)
+    fewer = replace(task, targets=task.targets[few], timing=None if task.timing is None else task.timing[few])
+    begun = joined([_begun(fewer, t) for t in counted(timings(fewer), part(progress, 0, 70))])
+    begun = fit(fewer.targets, begun, FOUR, task.timed, task.limits, 30 if task.timed else 12)
     begun = best(begun, task, int(np.clip(2400 // len(first), 16, 2 * KEPT)))
     angles = np.array([np.interp(first, few, a) for a in begun.angles]).reshape(-1, len(first))
     if task.timing is not None:
@@ -58,7 +59,9 @@ def path_fourbars(task: PathTask) -> tuple[PathLinkage, ...]:
     return ordered([judged(f, FOUR, task) for f in one_by_one(best(done, task, KEPT))], task)
 
 
-def path_fivebars(task: PathTask, base: Sequence[PathLinkage]) -> tuple[PathLinkage, ...]:
+def path_fivebars(
+    task: PathTask, base: Sequence[PathLinkage], progress: Callable[[int, int], None] = silent
+) -> tuple[PathLinkage, ...]:
     """Geared five-bars that grow from four-bars: from each, a small second crank in four directions, in each of the ratios."""
     chosen = [f for f in base if not f.defect][: int(np.clip(500 // len(task.targets), 2, 8))]
     if not chosen:
@@ -69,7 +72,7 @@ def path_fivebars(task: PathTask, base: Sequence[PathLinkage]) -> tuple[PathLink
     rows[:, 6], rows[:, 7] = small * np.cos(turn), small * np.sin(turn)
     start = Fitted(rows, np.repeat([f.mode for f in chosen], 4), np.repeat([f.angles for f in chosen], 4, axis=0), np.zeros(len(rows)))
     out = list[PathLinkage]()
-    for ratio in RATIOS:
+    for ratio in counted(RATIOS, progress):
         curve = Geared(float(ratio))
         done = fit(task.targets, start, curve, task.timed, task.limits, 100)
         out += [judged(f, curve, task) for f in one_by_one(best(done, task, KEPT))]

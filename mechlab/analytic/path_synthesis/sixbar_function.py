@@ -11,6 +11,7 @@ them are moved, in eleven unknowns, until the largest error of the output angle 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +21,7 @@ from mechlab.analytic.path_synthesis.atlas import shapes
 from mechlab.analytic.path_synthesis.curves import COUPLER, LINK, Array, Complex, points
 from mechlab.analytic.path_synthesis.minimax import least_largest
 from mechlab.analytic.path_synthesis.sixbar import ARM, NUMBERS, PIVOT, ROD, Sixbar, SixbarPoints
+from mechlab.progress import counted, part, silent
 
 DRAWN = 60_000
 """Random six-bars to begin with."""
@@ -56,9 +58,11 @@ class FunctionSixbar:
     defect: str = ""
 
 
-def function_sixbars(task: FunctionTask, seed: int = 0) -> tuple[FunctionSixbar, ...]:
+def function_sixbars(
+    task: FunctionTask, seed: int = 0, progress: Callable[[int, int], None] = silent
+) -> tuple[FunctionSixbar, ...]:
     """Six-bars whose output follows the function, that of the least largest error first; the scales begin where it suits, and the linkage
-    may be turned as a whole. seed: of the random ones."""
+    may be turned as a whole. seed: of the random ones; progress hears (done, total)."""
     turned, wanted = _places(task, FINE)
 
     def model(x: Array, mode: int) -> tuple[Array, Array]:
@@ -72,9 +76,11 @@ def function_sixbars(task: FunctionTask, seed: int = 0) -> tuple[FunctionSixbar,
         row, value = least_largest(lambda rows: model(rows, mode), x, rounds)
         return value, row, mode
 
-    first = sorted((moved(x, mode, ROUNDS[0]) for x, mode in _starts(task, np.random.default_rng(seed))), key=lambda v: v[0])
+    begun = counted(_starts(task, np.random.default_rng(seed)), part(progress, 10, 60))
+    first = sorted((moved(x, mode, ROUNDS[0]) for x, mode in begun), key=lambda v: v[0])
+    refined = counted(first[:REFINED], part(progress, 60, 100))
     out = list[FunctionSixbar]()
-    for value, x, mode in sorted((moved(x, mode, ROUNDS[1]) for _, x, mode in first[:REFINED]), key=lambda v: v[0]):
+    for value, x, mode in sorted((moved(x, mode, ROUNDS[1]) for _, x, mode in refined), key=lambda v: v[0]):
         if np.isfinite(value) and np.min(model(x[None], mode)[1]) > -1e-6:
             f = _found(task, x, mode)
             if np.isfinite(f.least_transmission_angle) and all(abs(f.coupler - o.coupler) > 1e-3 * f.coupler for o in out):

@@ -11,7 +11,7 @@ The best are moved by least squares as four-bars are: with free timing up to fif
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,6 +22,7 @@ from mechlab.analytic.path_synthesis.fit import Fitted, Limits, fit
 from mechlab.analytic.path_synthesis.path import suited, timings
 from mechlab.analytic.path_synthesis.sixbar import Sixbar, link_turn
 from mechlab.analytic.path_synthesis.task import PathLinkage, PathTask, best, joined, judged, one_by_one, ordered
+from mechlab.progress import counted, part, silent
 
 SHAPES, DYADS = 120, 300
 """Most four-bars to begin with, and dyads tried on each."""
@@ -39,20 +40,24 @@ ROUNDS = 25, 80, 400
 CHAINS = (Sixbar(), Sixbar(on_rocker=True))
 
 
-def path_sixbars(task: PathTask, base: Sequence[PathLinkage], seed: int = 0) -> tuple[PathLinkage, ...]:
+def path_sixbars(
+    task: PathTask, base: Sequence[PathLinkage], seed: int = 0, progress: Callable[[int, int], None] = silent
+) -> tuple[PathLinkage, ...]:
     """Six-bars, the best first, as `path_fourbars` orders them; also those with a defect. base: four-bars found for the same task.
-    seed: of the random dyads."""
+    seed: of the random dyads; progress hears (done, total)."""
     rng, fewer = np.random.default_rng(seed), min(1.0, POINTS / len(task.targets))
     dyads = max(EACH, round(DYADS * fewer))
-    shapes, between = _shapes(task, base), max(1, round(BETWEEN * fewer))
+    shapes, between = _shapes(task, base, part(progress, 0, 60)), max(1, round(BETWEEN * fewer))
     limits = replace(task.limits, least=float(np.sin(task.least + SPARE)), between=between)
     out = list[PathLinkage]()
-    for curve in CHAINS:
-        begun = [f for f in (_begun(task, curve, shape, limits, dyads, rng) for shape in shapes) if len(f.rows)]
+    for k, curve in enumerate(CHAINS):
+        share = part(progress, 60 + 40 * k // len(CHAINS), 60 + 40 * (k + 1) // len(CHAINS))
+        every = (_begun(task, curve, shape, limits, dyads, rng) for shape in counted(shapes, part(share, 0, 40)))
+        begun = [f for f in every if len(f.rows)]
         if not begun:
             continue
         found = best(joined(begun), task, round(BEGUN * fewer))
-        for rounds, kept in zip(ROUNDS, (MOVED, KEPT, KEPT), strict=True):
+        for rounds, kept in counted(list(zip(ROUNDS, (MOVED, KEPT, KEPT), strict=True)), part(share, 40, 100)):
             found = best(fit(task.targets, found, curve, task.timed, limits, rounds), task, max(6, round(kept * fewer)))
         out += [judged(f, curve, task) for f in one_by_one(found)]
     return ordered(out, task)
@@ -62,12 +67,12 @@ Shape = tuple[Array, int, Array]
 """Row (12,), mode and crank angles (n,) of a four-bar."""
 
 
-def _shapes(task: PathTask, base: Sequence[PathLinkage]) -> list[Shape]:
+def _shapes(task: PathTask, base: Sequence[PathLinkage], progress: Callable[[int, int], None]) -> list[Shape]:
     """Four-bars to begin with: those found, and the best of the atlas for each guess of the crank angles."""
     guesses = timings(task)
     each, few = max(2, SHAPES // len(guesses)), suited(task)
     out = [(f.row, f.mode, f.angles) for f in base if np.all(np.isfinite(f.distances))][: SHAPES // 2]
-    for t in guesses:
+    for t in counted(guesses, progress):
         found = starts(task.targets[few], t[few], each, np.sin(task.least))
         out += [(row, int(mode), t) for row, mode in zip(found.rows, found.modes, strict=True)]
     return out

@@ -8,12 +8,14 @@ least, with transmission angle and size as constraints.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from mechlab.analytic.path_synthesis.curves import Array, Complex
 from mechlab.analytic.path_synthesis.minimax import least_largest
+from mechlab.progress import counted, part, silent
 
 BARS = np.geomspace(1.15, 9.0, 20)
 """Lengths of coupler, rocker and ground in cranks."""
@@ -67,9 +69,11 @@ def coupler_turn(shapes: Array, t: Array) -> Complex:
         return np.asarray(way * (along + 1j * np.sqrt(square - along * along)) / square)
 
 
-def straight_fourbars(angle: float, size: float, least: float) -> tuple[StraightFourbar, ...]:
+def straight_fourbars(
+    angle: float, size: float, least: float, progress: Callable[[int, int], None] = silent
+) -> tuple[StraightFourbar, ...]:
     """Crank-rockers whose coupler point goes straight for a crank angle [rad], the straightest first. size: longest bar over the stroke;
-    least: smallest transmission angle [rad]."""
+    least: smallest transmission angle [rad]; progress hears (done, total)."""
 
     def model(x: Array) -> tuple[Array, Array]:
         t = x[:, 5, None] + np.linspace(-0.5, 0.5, FINE) * angle
@@ -79,7 +83,7 @@ def straight_fourbars(angle: float, size: float, least: float) -> tuple[Straight
         return (line.imag - x[:, 7, None]) / stroke[:, None], np.column_stack([turning(x, least), size - _longest(x) / stroke[:, None]])
 
     out = list[StraightFourbar]()
-    for start in _starts(angle, size, least):
+    for start in counted(_starts(angle, size, least, part(progress, 0, 15)), part(progress, 15, 100)):
         x, value = least_largest(model, start)
         if not np.isfinite(value) or np.min(model(x[None])[1]) < -1e-6:
             continue
@@ -95,14 +99,14 @@ def _longest(x: Array) -> Array:
     return np.column_stack([np.ones(len(x)), x[:, :3], np.abs(p), np.abs(p - x[:, 0])])
 
 
-def _starts(angle: float, size: float, least: float) -> list[Array]:
+def _starts(angle: float, size: float, least: float, progress: Callable[[int, int], None]) -> list[Array]:
     """The straightest of the atlas, of unlike bars: rows (b, c, d, p, middle, direction, offset)."""
     shapes = turning_shapes(least)
     if not len(shapes):
         return []
     middles = 2.0 * np.pi * np.arange(WINDOWS) / WINDOWS
     rows, worths = [], []
-    for middle in middles:
+    for middle in counted(list(middles), progress):
         t = middle + np.linspace(-0.5, 0.5, COARSE) * angle
         e, u = np.exp(1j * t), coupler_turn(shapes, np.broadcast_to(t, (len(shapes), COARSE)))
         one = np.broadcast_to(e, u.shape)

@@ -54,9 +54,10 @@ def build(p: Parameters) -> Mechanism:
     """The main shaft and the crankshaft, and on each side rod and knife: 6 bodies, two freedoms."""
     b = Builder("knife_clutch", gravity=(0.0, 0.0, 0.0), summary="a clutch turns the knives of a three-knife cutter once")
     wheel = shape("disc", Placement((0.0, 0.0, -0.05)), BRASS, "flywheel", radius=2.5 * p.throw, thickness=0.04, bore=0.02)
-    half = shape("disc", Placement((0.0, 0.0, -0.015)), ORANGE, "clutch", radius=1.4 * p.throw, thickness=0.02, bore=0.02)
+    webs = [shape("disc", Placement((0.0, 0.0, z - 0.015)), ORANGE, f"crank {s}", radius=1.25 * p.throw, thickness=0.015, bore=0.02)
+            for s, z in SIDES.items()]  # fmt: skip
     b.body("shaft", revolute("shaft"), inertia=Inertia.axial(200.0, p.flywheel, 0.5 * p.flywheel), shapes=[wheel])
-    b.body("crank", revolute("crank"), inertia=Inertia.axial(10.0, p.crankshaft, 0.5 * p.crankshaft), shapes=[half])
+    b.body("crank", revolute("crank"), inertia=Inertia.axial(10.0, p.crankshaft, 0.5 * p.crankshaft), shapes=webs)
     guess = {"shaft": 0.0, "crank": 0.0}
     for s, z in SIDES.items():
         pin = p.pin(s)

@@ -10,6 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from mechlab.errors import explained
 from mechlab.experiment.laws.formula import Affine, Formula
 from mechlab.experiment.laws.protocol import Law, OnOne, Plant, register
 from mechlab.experiment.motion import Polyline, Sine
@@ -146,6 +147,7 @@ class OneSidedStop(OnOne):
         return (Formula(self.on, (depth, Affine(rates=((self.on, float(self.side)),))), self._against),)
 
 
+@explained
 class AppliedForce:
     """`applied_force` for many states: `self(t, plant)` gives the (nv,) generalized force of all laws, and joint or
     shaft -> force.

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mechlab.errors import MechlabError
+from mechlab.errors import MechlabError, explained
 from mechlab.experiment.model_file import LeftOut
 from mechlab.files import whole_folder, write
 from mechlab.formats.exports.graph import Exported
@@ -71,6 +71,7 @@ def write_extended_urdf(m: Mechanism, folder: Path) -> Exported:
     return Exported(files, made.left_out)
 
 
+@explained
 def to_extended_urdf(m: Mechanism, mesh_files: Mapping[Shape, str] | None = None) -> ExtendedUrdf:
     """The mechanism as Extended URDF: `urdf` and `yaml`; `.save(folder)` writes robot.urdf and robot.yaml.
 

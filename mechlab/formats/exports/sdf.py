@@ -13,6 +13,7 @@ import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from pathlib import Path
 
+from mechlab.errors import explained
 from mechlab.experiment.model_file import LeftOut
 from mechlab.files import write
 from mechlab.formats.exports.graph import Edge, Exported, JointGraph, Link, joint_graph, left_out_of
@@ -41,6 +42,7 @@ def write_sdf(m: Mechanism, folder: Path) -> Exported:
     return Exported(files, sdf_left_out(m))
 
 
+@explained
 def to_sdf(m: Mechanism, mesh_files: Mapping[Shape, str] | None = None) -> str:
     """The mechanism as SDF text of one model; `mesh_files`: the file of each shape that has one, relative to it. What it cannot
     hold: `sdf_left_out`."""

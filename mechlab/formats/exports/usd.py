@@ -12,7 +12,7 @@ import re
 from pathlib import Path
 from typing import Any
 
-from mechlab.errors import EngineMissing, install_extra
+from mechlab.errors import EngineMissing, explained, install_extra
 from mechlab.experiment.model_file import LeftOut
 from mechlab.files import write
 from mechlab.formats.exports.graph import Edge, Exported, JointGraph, Link, joint_graph, left_out_of
@@ -40,6 +40,7 @@ def usd_left_out(m: Mechanism) -> tuple[LeftOut, ...]:
     )  # fmt: skip
 
 
+@explained
 def to_usd(m: Mechanism) -> str:
     """The mechanism as USD text (.usda). Raises EngineMissing without usd-core."""
     try:

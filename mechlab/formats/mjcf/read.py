@@ -13,7 +13,7 @@ from collections import Counter
 
 import numpy as np
 
-from mechlab.errors import MechlabError, unknown
+from mechlab.errors import MechlabError, explained, unknown
 from mechlab.formats.mjcf.read_drives import Tendons, Terms, coupled, read_drives, read_tendons
 from mechlab.formats.mjcf.read_tree import BodyTree, read_tree
 from mechlab.formats.mjcf.source import MjcfText, Names, clean, fail, refuse
@@ -33,6 +33,7 @@ CONNECTOR_KINDS = {
 }
 
 
+@explained
 def from_mjcf(content: str) -> Mechanism:
     """The Mechanism in an MJCF text (without includes); raises MechlabError that names what it cannot read."""
     source = MjcfText(content)

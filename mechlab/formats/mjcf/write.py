@@ -12,6 +12,7 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 
+from mechlab.errors import explained
 from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Settings
 from mechlab.formats.mjcf import write_drives as drives
 from mechlab.formats.mjcf import write_loops as loops
@@ -86,6 +87,7 @@ def _tiles(size: float) -> float:
     return max(k * power for k in (1, 2, 5) if k * power <= wanted)
 
 
+@explained
 def to_mjcf(
     m: Mechanism, settings: Settings | None = None, contacts: bool = False, mesh_files: MeshFiles | None = None,
     bare: bool = False,

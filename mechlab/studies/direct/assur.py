@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.analytic.assur.links import LinkModes, Links, branches, modes_by_trial, modes_of
+from mechlab.analytic.assur.link_modes import LinkModes, branches, modes_by_trial, modes_of
+from mechlab.analytic.assur.links import Links
 from mechlab.errors import MechlabError
 from mechlab.experiment.question import Answer, Answers, Question
 from mechlab.files import write
@@ -25,6 +26,7 @@ from mechlab.studies.picture_style import new_figure, open_frame, save_figure
 NAME = "assur"
 FILES = {"table": (".csv",), "curves": (".png", ".svg", ".pdf")}
 UNITS = {"": "rad", "_rate": "rad/s", "_accel": "rad/s2"}
+OF_SLIDES = {"": "m", "_rate": "m/s", "_accel": "m/s2"}
 MOST_POSITIONS = 5000
 STARTS, MOST_TRIALS = 40, 100_000
 """Random starts of the second witness at a position, times the largest number of modes; and altogether."""
@@ -115,7 +117,7 @@ def _one_position(asked: Asked, found: LinkModes, status: Status, notes: list[st
     count = int(found.count[0])
     values: dict[str, Any] = {"mode_count": float(count)}
     if count:
-        for k, link in enumerate(asked.linkage.unknowns):
+        for k, link in enumerate(asked.linkage.quantities):
             values |= {f"{link}{end}": x[0, :count, k] for end, x in zip(UNITS, (found.turns, found.rates, found.accels), strict=True)}
         values["det"] = found.det[0, :count]
     if not np.isfinite(found.rates[0, :count]).all():
@@ -128,10 +130,16 @@ def _branch(asked: Asked, found: LinkModes, number: np.ndarray, branch: int) -> 
     row, slot = np.nonzero(number == branch)
     out: dict[str, Any] = {"branch": branch + 1, "position": (row + 1).tolist(), "det": found.det[row, slot].tolist()}
     out |= {d: asked.angles[row, k].tolist() for k, d in enumerate(asked.linkage.drives)}
-    for k, link in enumerate(asked.linkage.unknowns):
-        out[link] = np.unwrap(found.turns[row, slot, k]).tolist()
+    for k, link in enumerate(asked.linkage.quantities):
+        out[link] = _steady(found, row, slot, k).tolist()
         out |= {f"{link}{end}": _finite(x[row, slot, k]) for end, x in (("_rate", found.rates), ("_accel", found.accels))}
     return out
+
+
+def _steady(found: LinkModes, row: np.ndarray, slot: np.ndarray, k: int) -> Array:
+    """A quantity along a branch: a turn without jumps by full ones, a place as it is."""
+    x = found.turns[row, slot, k]
+    return np.unwrap(x) if k < found.turning else x
 
 
 def _finite(x: Array) -> list[float | None]:
@@ -139,8 +147,9 @@ def _finite(x: Array) -> list[float | None]:
 
 
 def table_text(asked: Asked, found: LinkModes) -> str:
-    """CSV: a row for each mode at each position: its branch, drives, turns, rates and accelerations of all links [rad, s], det."""
-    links = [f"{n}{end}" for n in asked.linkage.unknowns for end in UNITS]
+    """CSV: a row for each mode at each position: its branch, drives, turns, rates and accelerations of all links [rad, s] and places of
+    the slides [m, s], det."""
+    links = [f"{n}{end}" for n in asked.linkage.quantities for end in UNITS]
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["position", "branch", *asked.linkage.drives, *links, "det"])
@@ -154,8 +163,8 @@ def table_text(asked: Asked, found: LinkModes) -> str:
 
 
 def _curves(asked: Asked, found: LinkModes, path: Path) -> None:
-    """Turn and rate of each link over the first drive, a line for each branch."""
-    links, number = asked.linkage.unknowns, branches(found)
+    """Turn or place, and rate, of each link and slide over the first drive, a line for each branch."""
+    links, number = asked.linkage.quantities, branches(found)
     picture = new_figure(10.0, 2.2 * len(links) + 0.6, 100, layout="constrained")
     axes = picture.subplots(len(links), 2, squeeze=False, sharex=True)
     for b in range(number.max() + 1):
@@ -163,11 +172,13 @@ def _curves(asked: Asked, found: LinkModes, path: Path) -> None:
         drive = np.degrees(asked.angles[row, 0]) if asked.linkage.drives else row + 1.0
         look: dict[str, Any] = {"lw": 1.4, "marker": "." if len(row) < 3 else "", "color": f"C{b % 10}"}
         for k in range(len(links)):
-            axes[k][0].plot(drive, np.degrees(np.unwrap(found.turns[row, slot, k])), label=f"branch {b + 1}", **look)
+            x = _steady(found, row, slot, k)
+            axes[k][0].plot(drive, np.degrees(x) if k < found.turning else x, label=f"branch {b + 1}", **look)
             axes[k][1].plot(drive, found.rates[row, slot, k], **look)
     for k, link in enumerate(links):
-        axes[k][0].set_ylabel(f"{link} [deg]")
-        axes[k][1].set_ylabel(f"{link}_rate [rad/s]")
+        units = ("deg", "rad/s") if k < found.turning else ("m", "m/s")
+        axes[k][0].set_ylabel(f"{link} [{units[0]}]")
+        axes[k][1].set_ylabel(f"{link}_rate [{units[1]}]")
         for a in axes[k]:
             a.grid(True, color="#e3e6ea", lw=0.6)
             open_frame(a)
@@ -180,15 +191,17 @@ def _curves(asked: Asked, found: LinkModes, path: Path) -> None:
 
 def _question(linkage: Links | None) -> Question:
     drives = linkage.drives if linkage else ("DRIVE",)
-    links = linkage.unknowns if linkage else ("LINK",)
-    units = {f"{n}{end}": unit for n in (*drives, *links) for end, unit in UNITS.items()}
+    links = linkage.quantities if linkage else ("LINK",)
+    turns = linkage.unknowns if linkage else links
+    units = {f"{n}{end}": unit for n in (*drives, *turns) for end, unit in UNITS.items()}
+    units |= {f"{n}{end}": unit for n in links if n not in turns for end, unit in OF_SLIDES.items()}
     none: Callable[[Any, Mapping[str, Any]], Answer] = lambda p, given: Answer(cannot="it needs a file")  # noqa: E731
     return Question(
         NAME, ("links", *drives), ("mode_count", *(f"{n}{end}" for n in links for end in UNITS), "det"),
         {"homotopy": none, "newton": none}, dict.fromkeys((*(f"{d}{end}" for d in drives for end in UNITS if end), *FILES)),
-        units=units | dict.fromkeys(("links", "mode_count", "det", *FILES), ""), angles=links,
-        text="all assembly modes of a planar linkage of rigid links (any Assur group of up to five loops), with rates and accelerations, "
-        "at angles of its drives; over many angles the branches as a table and as curves",
+        units=units | dict.fromkeys(("links", "mode_count", "det", *FILES), ""), angles=turns,
+        text="all assembly modes of a planar linkage of rigid links, pins and slides (any Assur group of up to five loops), with rates and "
+        "accelerations, at angles of its drives; over many angles the branches as a table and as curves",
     )  # fmt: skip
 
 

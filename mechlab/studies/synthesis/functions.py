@@ -61,7 +61,9 @@ def function(given: Given) -> SynthesisResult:
     ground, limit, six = given.within("ground", "m", 0.2, 1e-9, 1e9), given.integer("limit", 3, 1, 50), given.six_bar()
     if six and not (first is None or first_out is None):
         raise MechlabError("synthesize function: a six-bar is turned as a whole, so give first or first_out, not both.")
-    found: Sequence[FunctionFourbar | FunctionSixbar] = function_sixbars(task) if six else function_fourbars(task)
+    found: Sequence[FunctionFourbar | FunctionSixbar] = (
+        function_sixbars(task, progress=given.progress) if six else function_fourbars(task, given.progress)
+    )
     left_out = {"branch": sum(f.defect == "branch" for f in found), "transmission_angle": 0, "engine": 0}
     solutions = list[dict[str, Any]]()
     for f in (f for f in found if not f.defect):

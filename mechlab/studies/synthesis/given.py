@@ -10,16 +10,20 @@ from typing import Any
 from mechlab.errors import MechlabError
 from mechlab.experiment.entry import Entry
 from mechlab.mechanism.parts import as_fraction
+from mechlab.progress import silent
 from mechlab.values import Range
 
 MOST_TEETH = 2000
 
 
 class Given:
-    """The given values of a task, converted and checked on access. find: a catalog name -> its entry, by which what was found is built."""
+    """The given values of a task, converted and checked on access. find: a catalog name -> its entry, by which what was found is built;
+    progress: hears (done, total) of the work."""
 
-    def __init__(self, task: str, values: Mapping[str, Any], find: Callable[[str], Entry]) -> None:
-        self.task, self.values, self.find = task, values, find
+    def __init__(
+        self, task: str, values: Mapping[str, Any], find: Callable[[str], Entry], progress: Callable[[int, int], None] = silent
+    ) -> None:
+        self.task, self.values, self.find, self.progress = task, values, find, progress
 
     def refuse(self, key: str, expected: str) -> MechlabError:
         """The error for a value that is no good."""

@@ -15,6 +15,7 @@ from mechlab.analytic.path_synthesis.sixbar import ARM, PIVOT, ROD, TIP, Sixbar,
 from mechlab.analytic.path_synthesis.sixbar_path import path_sixbars
 from mechlab.analytic.path_synthesis.task import EXACT, PathLinkage, PathTask
 from mechlab.mechanism.newton import Status
+from mechlab.progress import counted, part
 from mechlab.studies.synthesis.built import Built, led, rounded
 from mechlab.studies.synthesis.given import Given
 from mechlab.studies.synthesis.result import SynthesisResult, found_rows
@@ -80,16 +81,17 @@ def path(given: Given) -> SynthesisResult:
         given.within("transmission_angle_min", "rad", np.radians(10.0), 0.0, np.radians(80.0)),
     )  # fmt: skip
     limit, six = given.integer("limit", 3, 1, 50), given.six_bar()
-    bars = path_fourbars(task)
-    chosen, left_out = _kept(path_sixbars(task, bars) if six else bars, task)
+    bars = path_fourbars(task, part(given.progress, 0, 30 if six else 50))
+    found = path_sixbars(task, bars, progress=part(given.progress, 30, 90)) if six else bars
+    chosen, left_out = _kept(found, task)
     exact = bool(chosen) and float(np.max(chosen[0].distances)) < EXACT * extent
     if not exact and not six:
-        gears, more = _kept(path_fivebars(task, bars), task)
+        gears, more = _kept(path_fivebars(task, bars, part(given.progress, 50, 80)), task)
         best = chosen[0].squares if chosen else np.inf
         chosen = [*chosen[:limit], *(g for g in gears if g.squares < 0.99 * best)][: 2 * limit]
         left_out = {k: n + more[k] for k, n in left_out.items()}
     solutions = list[dict[str, Any]]()
-    for f in chosen:
+    for f in counted(chosen, part(given.progress, 90 if six else 80, 100)):
         if len(solutions) == (limit if exact or six else 2 * limit):
             break
         row = _verified(given, f, task)

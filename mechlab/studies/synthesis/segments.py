@@ -11,6 +11,7 @@ import numpy as np
 from mechlab.analytic.path_synthesis.dwell import DwellSixbar, dwell_sixbars
 from mechlab.analytic.path_synthesis.straight import StraightFourbar, coupler_turn, straight_fourbars
 from mechlab.mechanism.newton import Status
+from mechlab.progress import counted, part
 from mechlab.studies.synthesis.built import Built, led, rounded
 from mechlab.studies.synthesis.given import Given
 from mechlab.studies.synthesis.result import SynthesisResult
@@ -30,10 +31,10 @@ def straight_line(given: Given) -> SynthesisResult:
         raise given.refuse("length", "a length above 0 m")
     angle = given.within("angle", "rad", np.pi, np.radians(20.0), np.radians(300.0))
     size, least, limit = given.within("size", "", 1.5 * max(1.0, np.pi / angle), 0.5, 50.0), _least(given), given.integer("limit", 3, 1, 9)
-    found = straight_fourbars(angle, size, least)
+    found = straight_fourbars(angle, size, least, part(given.progress, 0, 60))
     built = [_line_of(f, angle, length) for f in found[:limit]]
     solutions = []
-    for f, b in zip(found, built, strict=False):
+    for f, b in counted(list(zip(found, built, strict=False)), part(given.progress, 60, 100)):
         seen = led(given.find, b, ("P_x", "P_z"))
         if seen is None:
             continue
@@ -68,9 +69,9 @@ def dwell(given: Given) -> SynthesisResult:
     swing = given.within("swing", "rad", np.radians(30.0), np.radians(1.0), np.radians(150.0))
     crank, size = given.within("crank", "m", 0.05, 1e-9, 1e9), given.within("size", "", 8.0, 2.0, 50.0)
     least, limit = _least(given), given.integer("limit", 3, 1, 6)
-    found = dwell_sixbars(angle, swing, size, least)
+    found = dwell_sixbars(angle, swing, size, least, part(given.progress, 0, 85))
     solutions, tried = [], 0
-    for f in found[:limit]:
+    for f in counted(found[:limit], part(given.progress, 85, 100)):
         tried += 1
         built, inside = _sixbar(f, angle, crank)
         seen = led(given.find, built, ("output_angle",))

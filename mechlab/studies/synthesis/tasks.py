@@ -8,6 +8,7 @@ from typing import Any
 from mechlab.analytic.gear_linkage import TARGETS
 from mechlab.errors import unknown
 from mechlab.experiment.entry import Entry
+from mechlab.progress import silent
 from mechlab.studies.synthesis.functions import function
 from mechlab.studies.synthesis.gears import closed_differential, gear_linkage, planetary
 from mechlab.studies.synthesis.given import Given
@@ -31,8 +32,10 @@ TASKS: dict[str, tuple[tuple[str, ...], Callable[[Given], SynthesisResult]]] = {
 """Tasks by name: the keys that they take, and their function."""
 
 
-def synthesize(task: str, values: Mapping[str, Any], find: Callable[[str], Entry]) -> SynthesisResult:
-    """Run a task; find(name) is an entry of the catalog, by which what was found is built and verified.
+def synthesize(
+    task: str, values: Mapping[str, Any], find: Callable[[str], Entry], progress: Callable[[int, int], None] = silent
+) -> SynthesisResult:
+    """Run a task; find(name) is an entry of the catalog, by which what was found is built and verified; progress hears (done, total).
 
     Raises MechlabError for an unknown task or key, listing those that exist, or for a bad value; NoSolution when no dimensions have the
     wanted properties.
@@ -43,4 +46,4 @@ def synthesize(task: str, values: Mapping[str, Any], find: Callable[[str], Entry
     for key in values:
         if key not in keys:
             raise unknown(f"synthesize {task}: key", key, keys)
-    return run(Given(task, values, find))
+    return run(Given(task, values, find, progress))

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mechlab.errors import explained
 from mechlab.experiment.recording import Recording
 from mechlab.mechanism.geometry import Array
 from mechlab.results import Result
@@ -57,6 +58,7 @@ class ActiveLimit:
     last: int
 
 
+@explained
 @dataclass(frozen=True, repr=False)
 class Track(Result[Path]):
     """A motion of a closed mechanism along its targets.

@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from mechlab.errors import explained
 from mechlab.values import Numbers, Value
 
 Row = Numbers | Sequence[float]
@@ -19,6 +20,7 @@ Target = Points | Callable[[float], Points]
 """A constant, values along the path (one a time, first axis), or a function of the time [s]."""
 
 
+@explained
 @dataclass(frozen=True, eq=False)
 class FrameTask:
     """A Frame of the mechanism is led along a path.
@@ -38,6 +40,7 @@ class FrameTask:
     tolerance: float | None = None
 
 
+@explained
 @dataclass(frozen=True, eq=False)
 class PostureTask:
     """Joints or shafts are led along values, or held near them.
@@ -52,6 +55,7 @@ class PostureTask:
     tolerance: float | None = None
 
 
+@explained
 @dataclass(frozen=True, eq=False)
 class CenterOfMassTask:
     """The centre of mass of all bodies is led along positions (3,) or (n, 3) [m]; axes, weight as of a FrameTask."""
@@ -63,6 +67,7 @@ class CenterOfMassTask:
     tolerance: float | None = None
 
 
+@explained
 @dataclass(frozen=True)
 class RateLimit:
     """Joints or shafts move by at most rate x (time between two points of the path): name -> rate [rad/s, m/s]."""
@@ -70,6 +75,7 @@ class RateLimit:
     rates: Mapping[str, float]
 
 
+@explained
 @dataclass(frozen=True)
 class RangeLimit:
     """Joints or shafts stay within (low, high) [rad, m]. The ranges of the joints hold without being named; one that is
@@ -78,6 +84,7 @@ class RangeLimit:
     ranges: Mapping[str, tuple[float, float]]
 
 
+@explained
 @dataclass(frozen=True)
 class SingularityLimit:
     """The distance from singularity stays at least `at_least`.

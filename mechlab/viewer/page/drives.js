@@ -12,7 +12,7 @@ class DriveRow {
       oninput: () => { this.editing = true; }, onchange: () => this.type(), onkeydown: (event) => this.fieldKey(event), onfocus: () => this.field.select() });
     this.degrees = make("span", { class: "unit" });
     this.button = make("button", { type: "button", class: "lock icon", "aria-pressed": "false", onclick: () => this.lock(!this.isLocked) });
-    this.element = make("div", { class: "drive" }, make("span", { class: "name", title: this.name }, this.name), this.slider, this.field, this.degrees, this.button);
+    this.element = make("div", { class: "drive" }, make("span", { class: "name", title: this.name }, ...breakable(this.name)), this.slider, this.field, this.degrees, this.button);
     this.turns = 0;
     this.setLocked(false);
   }

@@ -48,23 +48,30 @@ function draw(card, motion, phase) {
     canvas.width / 2 + s * ((m[0] * p[0] + m[1] * p[1] + m[2] * p[2]) / 400 + m[6]),
     canvas.height / 2 - s * ((m[3] * p[0] + m[4] * p[1] + m[5] * p[2]) / 400 + m[7]),
   ];
-  const line = (points, close) => {
-    context.beginPath();
+  const add = (points, close) => {
     points.forEach((p, i) => (i ? context.lineTo(...p) : context.moveTo(...p)));
     if (close) context.closePath();
+  };
+  const line = (points) => {
+    context.beginPath();
+    add(points, false);
   };
   context.fillStyle = "#fff";
   context.fillRect(0, 0, canvas.width, canvas.height);
   context.lineJoin = context.lineCap = "round";
   for (const part of motion.parts) {
-    line(outline(part.points.map((p) => put(places[part.body], p))), true);
+    context.beginPath();
+    for (const loop of part.loops || [part.points]) {
+      const seen = loop.map((p) => put(places[part.body], p));
+      add(part.loops ? seen : outline(seen), true);
+    }
     context.fillStyle = part.color;
-    context.fill();
+    context.fill("evenodd");
     context.strokeStyle = "rgba(20, 28, 40, .75)";
     context.lineWidth = 1.6 * s;
     context.stroke();
     if (part.mark.length) {
-      line(part.mark.map((p) => put(places[part.body], p)), false);
+      line(part.mark.map((p) => put(places[part.body], p)));
       context.lineWidth = 4 * s;
       context.stroke();
     }
@@ -72,7 +79,7 @@ function draw(card, motion, phase) {
   context.strokeStyle = "#c2175b";
   context.lineWidth = 2.4 * s;
   for (const path of motion.paths) {
-    line(path.map((p) => [canvas.width / 2 + s * p[0], canvas.height / 2 - s * p[1]]), false);
+    line(path.map((p) => [canvas.width / 2 + s * p[0], canvas.height / 2 - s * p[1]]));
     context.stroke();
   }
 }

@@ -76,8 +76,8 @@ class PlotView {
       }
     }
     if (low > high) [low, high] = [0, 1];
-    // A curve that only shows rounding noise about a constant is drawn as that constant; 32-bit samples have more of it.
-    const noise = this.series.some((s) => s.values instanceof Float32Array) ? 1e-6 : 1e-9;
+    // A curve about a constant is drawn as that constant where only more digits than the axis has room for would tell its changes.
+    const noise = 1e-5;
     const size = Math.max(Math.abs(low), Math.abs(high));
     if (high - low <= noise * size || size === 0) { const pad = size ? 0.1 * size : 1; low -= pad; high += pad; }
     const step = niceStep(high - low, 4);

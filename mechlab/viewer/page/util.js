@@ -22,6 +22,9 @@ function make(tag, attributes = {}, ...children) {
   return element;
 }
 
+/** A name that may be broken behind its underscores, as children of an element. */
+function breakable(name) { return name.split(/(?<=_)/).flatMap((part, k) => (k ? [document.createElement("wbr"), part] : [part])); }
+
 /** Offers bytes as a download. */
 function saveFile(name, blob) {
   const link = make("a", { href: URL.createObjectURL(blob), download: name });
