@@ -6,27 +6,20 @@ the middle shaft turns between cos(bend) and 1 / cos(bend) times as fast.
 
 import math
 
-import numpy as np
-
 import mechlab as ml
 
 
-def cross(x, y, at=(0, 0, 0)):
-    """The frame of a cross: pins along x, in the first shaft, and along y, in the second one."""
-    return ml.Placement.of(np.column_stack((x, y, np.cross(x, y))), at)
-
-
 def drive_line(bend=0.5, length=0.2):
-    """Three shafts in the plane x-y; the yokes of the middle one lie in one plane, both crosses are joints of kind "universal"."""
+    """Three shafts in the plane x-y; the yokes of the middle one lie in one plane. Both crosses are loops with two pins."""
     b = ml.Builder("drive_line")
     c, s = math.cos(bend), math.sin(bend)
     rod = {"inertia": ml.Inertia.cylinder(0.5, 0.01, length, axis=(1, 0, 0))}
     b.body("driver", ml.revolute("driver_angle", (c, s, 0)), at=(-length / 2, 0, 0), **rod)
     b.body("middle", ml.revolute("middle_angle", (1, 0, 0)), **rod)
     b.body("follower", ml.revolute("follower_angle", (c, -s, 0)), at=(length / 2, 0, 0), **rod)
-    z, left, right = (0, 0, 1), (-length / 2, 0, 0), (length / 2, 0, 0)
-    b.close_here(ml.Loop("cross_1", "universal", "driver", "middle", cross((-s, c, 0), z), cross((0, 1, 0), z, left)))
-    b.close_here(ml.Loop("cross_2", "universal", "middle", "follower", cross(z, (0, 1, 0), right), cross(z, (s, c, 0))))
+    left, right = (-length / 2, 0, 0), (length / 2, 0, 0)
+    b.loop("cross_1", "driver", "middle", at_b=left, kind="universal", axis_a=(-s, c, 0), axis_b="z")
+    b.loop("cross_2", "middle", "follower", at_a=right, kind="universal", axis_a="z", axis_b=(s, c, 0))
     b.drive("driver_angle", stiffness=5, damping=0.1)
     return b.build()
 

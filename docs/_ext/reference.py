@@ -39,13 +39,13 @@ GROUPS = {
 
 def setup(app: Sphinx) -> dict[str, bool]:
     """Write the pages before Sphinx looks for its sources; make plain docstrings readable for it."""
-    app.connect("config-inited", lambda app, config: write_pages(Path(app.srcdir) / "reference" / "generated"))
+    app.connect("config-inited", lambda app, config: write_pages(Path(app.srcdir) / "reference" / "generated", config.with_gallery))
     app.connect("autodoc-process-docstring", lambda app, what, name, obj, options, lines: _plain(lines))
     return {"parallel_read_safe": True}
 
 
-def write_pages(folder: Path) -> None:
-    """All generated pages. Raises SystemExit where a public name would stand on none."""
+def write_pages(folder: Path, with_gallery: bool) -> None:
+    """All generated pages; with_gallery: those of the mechanisms are linked. Raises SystemExit where a public name would stand on none."""
     folder.mkdir(parents=True, exist_ok=True)
     homes = mechlab._HOMES
     listed = [home for _, modules in GROUPS.values() for home in modules]
@@ -56,7 +56,7 @@ def write_pages(folder: Path) -> None:
         write_if_new(folder / f"{page}.rst", "\n".join(_api_page(title, names)))
     os.environ["COLUMNS"] = "96"  # what fits a page
     write_if_new(folder / "commands.md", "\n".join(_command_page()))
-    write_if_new(folder / "catalog.md", "\n".join(_catalog_page()))
+    write_if_new(folder / "catalog.md", "\n".join(_catalog_page(with_gallery)))
     write_if_new(folder / "benchmarks.md", (folder.parents[2] / "assets" / "benchmarks.md").read_text(encoding="utf-8"))
 
 
@@ -84,15 +84,20 @@ def _command_page() -> Iterator[str]:
         yield from (f"## {name}", "", f"{verb.text[0].upper()}{verb.text[1:]}.", "", "```text", help_text, "```", "")
 
 
-def _catalog_page() -> Iterator[str]:
+def _catalog_page(with_gallery: bool) -> Iterator[str]:
     rows = api.list_entries().to_dict()["mechanisms"]
     yield from ("# All mechanisms", "", f"{len(rows)} mechanisms. `mechlab list --family F --search WORDS` finds them in the terminal.", "")
+    gallery = "../../gallery"  # no page of Sphinx, so the links are written in HTML
+    if with_gallery:
+        yield from (f'<a href="{gallery}/index.html">The gallery</a> shows them moving, each with pages to watch, move and measure it.', "")
     families: dict[str, list[dict[str, str]]] = {}
     for row in rows:
         families.setdefault(row["family"], []).append(row)
     for family, members in sorted(families.items()):
         yield from (f"## {family}", "", "| name | what it is |", "|---|---|")
-        yield from (f"| `{m['name']}` | {m['title']}. {m['summary']} |" for m in members)
+        for m in members:
+            shown = f"<a href=\"{gallery}/{m['name']}/run.html\">`{m['name']}`</a>" if with_gallery else f"`{m['name']}`"
+            yield f"| {shown} | {m['title']}. {m['summary']} |"
         yield ""
 
 

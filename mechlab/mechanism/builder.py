@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from mechlab.errors import MechlabError, explained
 from mechlab.mechanism.assembly import assembled_pose, rebased
 from mechlab.mechanism.curve import Curve, CurveRelation
 from mechlab.mechanism.editable import Editable
 from mechlab.mechanism.gears import GearMesh, relations
-from mechlab.mechanism.geometry import IDENTITY, Placement, frame_along
+from mechlab.mechanism.geometry import IDENTITY, Placement
 from mechlab.mechanism.given import Number, options_of, point, si
 from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.links import BLUE, plate, uniform_bar
+from mechlab.mechanism.loop_frames import loop_frames
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import (
     GROUND,
@@ -33,7 +32,6 @@ from mechlab.mechanism.parts import (
     Spring,
     Winding,
     as_fraction,
-    axis_vector,
 )  # fmt: skip
 from mechlab.mechanism.tilt import with_balls
 from mechlab.mechanism.tree import depth_first, too_many_bodies
@@ -169,19 +167,18 @@ class Builder(Editable):
         at_a: Sequence[Number] = (0.0, 0.0, 0.0),
         at_b: Sequence[Number] = (0.0, 0.0, 0.0),
         kind: str = "spherical",
-        axis_a: AxisLike = "z",
+        axis_a: AxisLike | None = None,
         axis_b: AxisLike | None = None,
         length: Number = 0.0,
     ) -> Builder:
-        """Close a loop: the point `at_a` of body a meets `at_b` of body b. Joint axes are given in each body's frame;
-        `axis_b` defaults to `axis_a`. A planar loop closed by "spherical" has one void row, along its normal."""
+        """Close a loop: the point `at_a` of body a meets `at_b` of body b. Joint axes are given in each body's frame: `axis_a` is z where
+        it is not given, `axis_b` defaults to `axis_a`. A planar loop closed by "spherical" has one void row, along its normal.
+
+        "universal" has two pins, `axis_a` in body a and `axis_b` in body b, which stay perpendicular: give both, or neither for x of
+        body a and y of body b. Raises MechlabError where only one is given.
+        """
         what = f"loop {name!r}"
-        frame_a = frame_along(axis_vector(axis_a, what))
-        frame_b = frame_along(axis_vector(axis_a if axis_b is None else axis_b, what))
-        if kind in ("spherical", "distance") or axis_a == "z":
-            frame_a = np.eye(3)
-        if kind in ("spherical", "distance") or (axis_b or axis_a) == "z":
-            frame_b = np.eye(3)
+        frame_a, frame_b = loop_frames(kind, what, axis_a, axis_b)
         place_a = Placement.of(frame_a, point(at_a, f"{what}: at_a"))
         place_b = Placement.of(frame_b, point(at_b, f"{what}: at_b"))
         self.loops.append(Loop(name, kind, body_a, body_b, place_a, place_b, si(length, f"{what}: length", "m")))

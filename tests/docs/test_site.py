@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
 import re
+import sys
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
@@ -21,7 +23,6 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The site without the catalog's pages, built with warnings as errors, from a copy: nothing is written into docs/."""
     import shutil
     import subprocess
-    import sys
 
     folder = tmp_path_factory.mktemp("site")
     root = shutil.copytree(DOCS, folder / "docs", ignore=shutil.ignore_patterns("generated", "_build"))
@@ -76,3 +77,16 @@ def test_every_public_name_and_verb_has_its_place(site: Path) -> None:
     anchors = {a for p in (site / "reference").rglob("*.html") for a in _read(p).anchors}
     assert {f"mechlab.{n}" for n in dir(mechlab) if n != "__version__"} <= anchors
     assert {*VERBS} <= anchors
+
+
+def test_the_gallery_is_linked_where_it_is_built() -> None:
+    """A link to the page of each mechanism and to the whole; without the gallery none, as it would lead nowhere."""
+    sys.path.insert(0, str(DOCS / "_ext"))
+    try:
+        reference = importlib.import_module("reference")
+    finally:
+        sys.path.remove(str(DOCS / "_ext"))
+    linked, bare = ("\n".join(reference._catalog_page(with_gallery)) for with_gallery in (True, False))
+    names = {row["name"] for row in mechlab.list_entries().to_dict()["mechanisms"]}
+    assert set(re.findall(r'href="\.\./\.\./gallery/(\w+)/run\.html"', linked)) == names and "gallery/index.html" in linked
+    assert "gallery" not in bare and all(f"`{name}`" in bare for name in names)

@@ -97,3 +97,38 @@ def test_a_double_cardan_joint_turns_evenly_and_keeps_its_energy(name: str) -> N
 def test_the_exact_diagonal_is_asked_for_where_it_is_needed_only() -> None:
     assert 'diagexact="enable"' in to_mjcf(cardan())
     assert "diagexact" not in to_mjcf(ml.load("fourbar").mechanism())
+
+
+def hooke(bend: float, pins: tuple[object, object]) -> Mechanism:
+    """Two shafts in the plane x-y that meet at the origin under an angle, joined by one loop with these pins."""
+    b = Builder("hooke")
+    second = (math.cos(bend), math.sin(bend), 0.0)
+    b.body("input", revolute("turn_in", "x"), inertia=Inertia.axial(1.0, 0.02, 0.02))
+    b.body("output", revolute("turn_out", second), inertia=Inertia.axial(1.0, 0.02, 0.02))
+    b.loop("cross", "input", "output", kind="universal", axis_a=pins[0], axis_b=pins[1])  # type: ignore[arg-type]
+    return b.build()
+
+
+@pytest.mark.parametrize("bend", [0.2, 0.7, 1.1])
+@pytest.mark.parametrize("turn", [-2.0, 0.4, 1.3, 2.6])
+def test_the_pins_of_a_universal_loop_are_the_axes_given(bend: float, turn: float) -> None:
+    """Cardan's law. With the pin of the input in the plane of the shafts at 0, tan(in) = tan(out) cos(bend); with that of the output in
+    it, tan(out) = tan(in) cos(bend). The rates follow by differentiation. The loop closes to 1e-12, whence 1e-10."""
+    c, square = math.cos(bend), math.cos(turn) ** 2
+    for pins, out, rate in (
+        (("y", "z"), math.atan2(math.sin(turn), math.cos(turn) * c), c / (1.0 - square * math.sin(bend) ** 2)),
+        (("z", (-math.sin(bend), c, 0.0)), math.atan2(math.sin(turn) * c, math.cos(turn)), c / (square + (1.0 - square) * c * c)),
+    ):  # fmt: skip
+        found = ml.solve(hooke(bend, pins), turn_in=turn, turn_in_rate=1.5)
+        for witness in ("pinocchio", "mujoco"):
+            assert found[witness]["turn_out"] == pytest.approx(out, abs=1e-10)
+            assert found[witness]["turn_out_rate"] == pytest.approx(1.5 * rate, abs=1e-10)
+
+
+def test_pins_that_make_no_cross_are_refused() -> None:
+    with pytest.raises(ml.MechlabError, match="cross.x_y is open by 1 "):
+        hooke(0.3, ("y", "y"))
+    with pytest.raises(ml.MechlabError, match="two pins.*axis_a alone is given. Give axis_b too"):
+        hooke(0.3, ("y", None))
+    with pytest.raises(ml.MechlabError, match="two pins.*axis_b alone is given. Give axis_a too"):
+        hooke(0.3, (None, "y"))

@@ -83,7 +83,7 @@ def cardan() -> Mechanism:
     bent = Placement.of(np.array([[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]]), (0.0, 0.0, 0.0))
     weight = Inertia.point(1.0, (0.1, 0.2, 0.0)) + Inertia.axial(1.0, 0.02, 0.02)
     b.body("output", revolute("turn_out", "x"), turned=bent, inertia=weight)
-    b.loop("cross", "input", "output", kind="universal", axis_a="x", axis_b="x")
+    b.loop("cross", "input", "output", kind="universal", axis_a="z", axis_b="y")
     return b.drive("turn_in", 60.0, 0.8).build()
 
 

@@ -166,7 +166,7 @@ def _draw_panel(axes: Any, panel: Panel, columns: int) -> None:
     for note in panel.notes:
         arrow = {"arrowprops": {"arrowstyle": "->", "color": FAINT}} if note.to else {}
         put = axes.annotate(note.text, note.to or (note.x, note.y), (note.x, note.y), fontsize=8.5, color=INK, **arrow)
-        put.set_in_layout(False)
+        _set_off(put)
     axes.set_title(panel.title, fontsize=10, loc="left")
     axes.set(xlabel=panel.x, ylabel=panel.y)
     for side in "xy":
@@ -183,6 +183,13 @@ def _draw_panel(axes: Any, panel: Panel, columns: int) -> None:
     open_frame(axes)
     if axes.get_legend_handles_labels()[1]:
         axes.legend(fontsize=8.5, frameon=False, loc="upper left", bbox_to_anchor=(-0.02, -0.13), ncols=columns)
+
+
+def _set_off(text: Any) -> None:
+    """Words in a panel stand on white, in front of its curves, and do not move it."""
+    from matplotlib.patheffects import withStroke
+
+    text.set(in_layout=False, zorder=5.0, path_effects=[withStroke(linewidth=2.5, foreground="white")])
 
 
 def _draw_curve(axes: Any, curve: Curve, color: str) -> None:
@@ -206,7 +213,7 @@ def _draw_printed(axes: Any, panel: Panel) -> None:
         where = (mark.x if mark.x is not None else 0.01, mark.y if mark.y is not None else 0.02)
         across = axes.get_yaxis_transform() if mark.x is None else axes.get_xaxis_transform() if mark.y is None else axes.transData
         put = axes.annotate(mark.text, where, (4, 4), xycoords=across, textcoords="offset points", fontsize=8.5, color=PRINTED)
-        put.set_in_layout(False)
+        _set_off(put)
     for ticks, across, marker in (
         (panel.printed_x, axes.get_xaxis_transform(), 2), (panel.printed_y, axes.get_yaxis_transform(), 1),
     ):  # fmt: skip

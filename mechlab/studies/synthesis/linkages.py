@@ -49,7 +49,8 @@ def motion(given: Given) -> SynthesisResult:
         text = "no four-bar leads a body through these five positions: they have no real circle points; change one of them a little"
         return SynthesisResult(given.task, Status.OUT_OF_REACH, text, data)
     kept = sum(f.same_mode for f in found)
-    text = f"{len(found)} four-bars pass through the five positions, {kept} of them without being taken apart; pins in the axes of the body"
+    many = "1 four-bar passes" if len(found) == 1 else f"{len(found)} four-bars pass"
+    text = f"{many} through the five positions, {kept} of them without being taken apart; pins in the axes of the body"
     return replace(found_rows(given.task, text, data, solutions), commands=tuple(commands))
 
 
