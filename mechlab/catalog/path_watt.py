@@ -11,8 +11,7 @@ from mechlab.kit.short import Linkage, PlotRecipe, parameter, planar_entry, poin
 
 @dataclass(frozen=True)
 class Parameters(path_fourbar.Parameters):
-    """Four-bar O-A-B-D with the joint C on its coupler, dyad C-E-F from there to its rocker, point P of the link
-    C-E; the crank goes from `first` on by `turn`."""
+    """Four-bar O-A-B-D, dyad C-E-F from its coupler to its rocker, point P of the link C-E; the crank goes from `first` on by `turn`."""
 
     joint: float = parameter(0.15, "m", "joint C of the coupler: distance A-C", low=0)
     joint_angle: float = parameter(0.7, "rad", "joint C: from A-B to A-C, counter-clockwise")

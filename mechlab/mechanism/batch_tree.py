@@ -77,7 +77,6 @@ class BatchTree:
         self._first = np.flatnonzero(depth[:n] == 0)
         self._slides = np.flatnonzero(~self.revolute)
         self.on = self.below.astype(float)
-        self.every = np.arange(n)
         massive = [b for b in m.bodies if b.inertia.mass > 0.0 and place[b.name][0] != n]
         self.masses = np.array([b.inertia.mass for b in massive])
         self.mass_at = self.points([(b.name, np.array(b.inertia.com)) for b in massive])
@@ -309,47 +308,6 @@ class BatchRows:
         found = self.system(q)
         return found[..., -1], found[..., :-1]
 
-    def bias(self, poses: Poses, screws: tuple[Array, Array], turned: tuple[Array, Array], q: Array, v: Array) -> Array:
-        """(P, rows) dJ/dt v at q, v (P, nv), in the order of `system`; turned: the rates of the screws."""
-        tree, count = self.tree, len(v)
-        parts = []
-
-        def motion(links: Array, point: Array) -> tuple[Array, Array, Array, Array]:
-            """Velocity and acceleration, at no acceleration of the joints, of the links' points that are at `point` now,
-            and of their rotation."""
-            slow, spin = tree.twists(screws, links, v)
-            gain, bend = tree.twists(turned, links, v)
-            speed = slow + crossed(spin, point)
-            return speed, spin, gain + crossed(bend, point) + crossed(spin, speed), bend
-
-        if len(self.a[0]):
-            ra = poses.frames[self.a[0]]
-            back = np.swapaxes(ra[:, :, :3, :3] @ self.turn_a, 2, 3)
-            pb = tree.positions(poses, self.b)
-            va, wa, aa, ba = motion(self.a[0], pb)
-            vb, wb, ab, bb = motion(self.b[0], pb)
-            # the point of A that coincides with that of B changes as B moves on A; the axes of A turn
-            own = (back @ (ab - aa - 2.0 * crossed(wa, vb - va))[..., None])[..., 0]
-            i, k = self.offsets
-            parts.append(own[i, :, k].T)
-            if self.angles.shape[1]:
-                i, j, k = self.angles
-                rb = poses.frames[self.b[0]][:, :, :3, :3] @ self.turn_b
-                u, w = back[i, :, j], rb[i, :, :, k]
-                wa, wb, bent = wa[i], wb[i], (bb - ba)[i]
-                change = crossed(crossed(wb, w), u) + crossed(w, crossed(wa, u))
-                parts.append(np.sum(change * (wb - wa) + crossed(w, u) * bent, axis=-1).T)
-        if len(self.lengths):
-            pa, pb = tree.positions(poses, self.rod_a), tree.positions(poses, self.rod_b)
-            va, _, aa, _ = motion(self.rod_a[0], pa)
-            vb, _, ab, _ = motion(self.rod_b[0], pb)
-            along = np.sum((vb - va) ** 2 + (pb - pa) * (ab - aa), axis=-1)
-            parts.append((along / self.lengths[:, None]).T)
-        parts.append(np.zeros((count, len(self.relations))))
-        if self.curves:
-            parts.append(self.curve_bias(q, v))
-        return np.concatenate(parts, axis=1)
-
     def laws(self, q: Array) -> tuple[Array, Array, Array]:
         """(P, curves) residual, f' and f'' of the curves at q (P, nv)."""
         out = np.empty((3, len(q), len(self.curves)))
@@ -357,7 +315,3 @@ class BatchRows:
             out[:, :, k] = curve.many(zero_a + q[:, a])
             out[0, :, k] = zero_b + q[:, b] - out[0, :, k]
         return out[0], out[1], out[2]
-
-    def curve_bias(self, q: Array, v: Array) -> Array:
-        """(P, curves) dJ/dt v of the curves."""
-        return np.asarray(-self.laws(q)[2] * v[:, self.curve_ends[:, 1]] ** 2)

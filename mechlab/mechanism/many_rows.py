@@ -105,6 +105,13 @@ class ManyRows:
         off = self._scalars @ q[self.mechanism.q_columns] + (self._zeros - targets)
         return np.concatenate([system[:, -1], off]), np.concatenate([system[:, :-1], self._scalars])
 
+    def residual_of_one(self, q: Array, targets: Sequence[Any]) -> Array:
+        """(m,) the residual of `one` alone."""
+        if self._batch is None or not self._batch.count:
+            return self.one(q, targets)[0]
+        off = self._scalars @ q[self.mechanism.q_columns] + (self._zeros - targets)
+        return np.concatenate([self._batch.residual(q[None])[0], off])
+
     def _frame(self, frame: Frame, part: str) -> tuple[Array, Array]:
         assert self._poses is not None
         rotation, origin = self._poses.frame(frame.body)

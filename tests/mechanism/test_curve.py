@@ -34,6 +34,8 @@ from mechlab.mechanism.batch_sparse import SparseRows
 from mechlab.mechanism.batch_tree import BatchRows, BatchTree
 from mechlab.mechanism.length_unit import in_unit_of_length, row_units
 from mechlab.mechanism.many_poses import ManyPoses
+from mechlab.mechanism.many_states import ManyStates
+from mechlab.mechanism.state_rows import state_rows
 
 STEP = 1e-6
 SOLID = Inertia.box(1.0, 0.1, 0.2, 0.3)
@@ -142,7 +144,7 @@ def test_all_who_compute_rows_agree() -> None:
         for found in ((residual[k], jacobian[k]), (many[0][k], many[1][k]), (gaps[:, k], filled)):
             np.testing.assert_allclose(found[0], wanted[0], atol=1e-12)
             np.testing.assert_allclose(found[1], wanted[1], atol=1e-12)
-        np.testing.assert_allclose(batch.curve_bias(q, v)[k], wanted[2], atol=1e-12)
+        np.testing.assert_allclose(state_rows(m).bias(ManyStates(m, q, v))[k], wanted[2], atol=1e-12)
         for name in ("pinocchio", "mujoco"):
             plant = engine(name).plant(m).set(q[k], v[k])
             np.testing.assert_allclose(plant.jacobian(), wanted[1], atol=1e-12)

@@ -7,8 +7,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from mechlab.analytic.gear_linkage import Knife
-from mechlab.catalog.gear_linkage.knife import SIDES
+from mechlab.catalog.gear_linkage.knife import SIDES, Knives
 from mechlab.experiment.held_rates import HeldRates, RateHold
 from mechlab.experiment.laws import Law
 from mechlab.experiment.parameters import parameter
@@ -20,25 +19,11 @@ ROD_MASS = 6.0
 
 
 @dataclass(frozen=True)
-class Parameters:
-    """Sizes, masses and loads; all ours, those of both drives the same: the source prints none."""
+class Parameters(Knives):
+    """The crankshaft and its clutch besides; their sizes are ours too."""
 
-    lag: float = parameter(2.7, "rad", "crank of the front knife behind that of the side knives")
-    throw: float = parameter(0.1, "m", "throw of the knives' cranks", low=0, strict=True)
-    rod: float = parameter(0.35, "m", "connecting rods", low=0, strict=True)
-    stack: float = parameter(0.12, "m", "height of the stack of paper", low=0, strict=True)
-    cutting_force: float = parameter(5000.0, "N", "force on each knife in the stack", low=0)
-    knife_mass: float = parameter(30.0, "kg", "each knife with its beam", low=0, strict=True)
     crankshaft: float = parameter(0.5, "kg m2", "crankshaft with the driven half of the clutch", low=0, strict=True)
     clutch: float = parameter(1000.0, "N m", "friction torque of the clutch", low=0, strict=True)
-    flywheel: float = parameter(50.0, "kg m2", "flywheel on the main shaft", low=0, strict=True)
-    stall: float = parameter(3000.0, "N m", "stall torque of the motor", low=0)
-    no_load: float = parameter(6.0, "rad/s", "no-load speed of the motor", low=0, strict=True)
-
-    @property
-    def knife(self) -> Knife:
-        """One of the equal slider-cranks."""
-        return Knife(self.throw, self.rod, self.stack)
 
     def pin(self, side: str) -> float:
         """Angle of a knife's pin on the crankshaft [rad]: that of the side knives is up where the crankshaft rests."""

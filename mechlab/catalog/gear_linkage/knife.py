@@ -16,14 +16,9 @@ SIDES = {"sides": 0.0, "front": 0.12}
 
 
 @dataclass(frozen=True)
-class Parameters:
-    """Sizes, masses and loads; all ours: the source prints none."""
+class Knives:
+    """Knives and main shaft, of this drive and of that with a clutch; the sizes are all ours: the source prints none."""
 
-    crank: float = parameter(0.1, "m", "eccentricity of the driving gears", low=0, strict=True)
-    bar: float = parameter(0.4, "m", "coupler and rocker: the output turns once in a turn", low=0, strict=True)
-    frame: float = parameter(0.4, "m", "main shaft to output shaft", low=0, strict=True)
-    idler_radius: float = parameter(0.2, "m", "pitch radius of the idlers", low=0, strict=True)
-    mount: float = parameter(2.83, "rad", "angle of the pins on the output gears: the cut falls into their slow part")
     lag: float = parameter(2.7, "rad", "crank of the front knife behind that of the side knives")
     throw: float = parameter(0.1, "m", "throw of the knives' cranks", low=0, strict=True)
     rod: float = parameter(0.35, "m", "connecting rods", low=0, strict=True)
@@ -35,14 +30,25 @@ class Parameters:
     no_load: float = parameter(6.0, "rad/s", "no-load speed of the motor", low=0, strict=True)
 
     @property
-    def linkage(self) -> GearLinkage:
-        """One of the equal linkages; raises for sizes that do not turn."""
-        return GearLinkage(self.crank, self.bar, self.bar, self.idler_radius, self.frame)
-
-    @property
     def knife(self) -> Knife:
         """One of the equal slider-cranks."""
         return Knife(self.throw, self.rod, self.stack)
+
+
+@dataclass(frozen=True)
+class Parameters(Knives):
+    """The linkages besides; their sizes are ours too."""
+
+    crank: float = parameter(0.1, "m", "eccentricity of the driving gears", low=0, strict=True)
+    bar: float = parameter(0.4, "m", "coupler and rocker: the output turns once in a turn", low=0, strict=True)
+    frame: float = parameter(0.4, "m", "main shaft to output shaft", low=0, strict=True)
+    idler_radius: float = parameter(0.2, "m", "pitch radius of the idlers", low=0, strict=True)
+    mount: float = parameter(2.83, "rad", "angle of the pins on the output gears: the cut falls into their slow part")
+
+    @property
+    def linkage(self) -> GearLinkage:
+        """One of the equal linkages; raises for sizes that do not turn."""
+        return GearLinkage(self.crank, self.bar, self.bar, self.idler_radius, self.frame)
 
     def behind(self, side: str) -> float:
         """Angle of a linkage's crank on the main shaft [rad]."""

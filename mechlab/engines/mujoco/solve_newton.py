@@ -62,6 +62,10 @@ class MujocoCloser:
         rows = data.efc_J[: count * self.model.nv].reshape(count, self.model.nv)
         return residual, np.concatenate([rows, self.targets.jacobian(data)])
 
+    def residual(self, q: Array, targets: Sequence[Any]) -> Array:
+        """(m,) the residual of `evaluate`."""
+        return self.evaluate(q, targets)[0]
+
     def step(self, q: Array, dv: Array) -> Array:
         """The engine's coordinates moved by dv (engine nv,)."""
         out = q.copy()

@@ -43,6 +43,10 @@ class Closer:
         off = self.quantities.differences(targets)
         return np.concatenate([residual, off]), np.concatenate([jacobian, self.quantities.jacobian()])
 
+    def residual(self, q: Array, targets: Sequence[ArrayLike]) -> Array:
+        """(m,) the residual of `evaluate`."""
+        return self.evaluate(q, targets)[0]
+
     def start(self, q: Array) -> Array:
         """The coordinates in which the equations are solved: q (nq,) itself."""
         return q

@@ -22,6 +22,10 @@ class MethodCheck:
     until: float
     sentence: str
 
+    def confirms(self, within: float) -> bool:
+        """Whether the check method neither differs nor itself still changes by more than `within` [m or rad]."""
+        return max(self.difference, self.own) <= within
+
     def contradicts(self, estimate: float, size: float) -> bool:
         """Whether the difference is more than the errors of both explain. estimate: error of the motion; size: largest
         tracked quantity."""

@@ -149,15 +149,16 @@ def solve_by_refinement(
     others = [x for x in ran if x is not best]
     checked = _check_by_other(best, others, t, problem)
     far = max(max_error, APART * largest(tracked - tracked[0]))
-    branches = checked is not None and checked.difference > max_error and may_pass_singular(problem.mechanism, q)
+    branches = checked is not None and not checked.confirms(max_error) and may_pass_singular(problem.mechanism, q)
     for _ in range((CONFIRMATIONS_OF_WAY if branches else CONFIRMATIONS) if winner is not None else 0):
         left = budget - counter.work
         again = [x for x in others if checked is not None and x.rule.name == checked.method and x.next_cost <= left]
-        if checked is None or checked.difference <= (max_error if branches else far) or not again:
+        if checked is None or (checked.confirms(max_error) if branches else checked.difference <= far) or not again:
             break
         _counting_runs_only(counter, again[0], partial(again[0].refine, left))
         checked = _check_by_other(best, others, t, problem) or checked
-    another_way = winner is not None and checked is not None and checked.difference > far
+    apart = winner is not None and checked is not None and checked.difference > far
+    another_way = apart or (branches and winner is not None and checked is not None and not checked.confirms(max_error))
     if checked is None:
         with counter.building():
             checker = CheckRunner(problem, best.rule.engine, fastest, max_error < ROUNDING_COUNTS)
@@ -176,7 +177,7 @@ def solve_by_refinement(
         part, cause = f"the capture of held rates {capture:.1g}", LIMITED_BY_CAPTURE
     elif another_way and checked is not None:
         total = math.inf  # what one of them says of itself is no bound
-        cause = ANOTHER_WAY
+        cause = ANOTHER_WAY if apart else UNCONFIRMED_WAY
     elif rounding > best.estimate and max_error < ROUNDING_COUNTS:
         part, cause = f"rounding {rounding:.1g}", LIMITED_BY_ROUNDING
     ok, sentence = conclusion(total, max_error, measure, chosen, checked, size, part, cause)
@@ -196,6 +197,10 @@ APART, CONFIRMATIONS, CONFIRMATIONS_OF_WAY = 0.01, 3, 8
 places where assembly modes meet, each method may go on, and settle, another way: there it is made sharper more often, until it differs by
 no more than what is asked for."""
 ANOTHER_WAY = "two methods whose runs both get to the end are far apart there, as past a place where assembly modes meet"
+UNCONFIRMED_WAY = (
+    "the run passes, or nearly, a place where assembly modes meet, and another method does not confirm the way: it differs, or still "
+    "changes, by more than what is asked for"
+)
 LONGEST, FEWEST_STEPS = 16, 25
 """The longest first step, in distances of the outputs, and the fewest first steps."""
 RESOLVED_COMMAND = 0.5

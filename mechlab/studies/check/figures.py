@@ -187,9 +187,7 @@ def _draw_panel(axes: Any, panel: Panel, columns: int) -> None:
 
 def _set_off(text: Any) -> None:
     """Words in a panel stand on white, in front of its curves, and do not move it."""
-    from matplotlib.patheffects import withStroke
-
-    text.set(in_layout=False, zorder=5.0, path_effects=[withStroke(linewidth=2.5, foreground="white")])
+    text.set(in_layout=False, zorder=5.0, bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6})
 
 
 def _draw_curve(axes: Any, curve: Curve, color: str) -> None:
