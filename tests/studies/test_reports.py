@@ -13,7 +13,7 @@ from mechlab.values import Range
 
 RESULTS: dict[str, tuple[Callable[[], Any], str]] = {
     "cycle": (lambda: ml.cycle("fourbar", points=6), "Cycle of fourbar: 7 positions of crank_angle"),
-    "claims": (lambda: ml.claims("gear_linkage"), "9 claims: 5 holds, 1 holds only if"),
+    "claims": (lambda: ml.claims("gear_linkage"), "10 claims: 6 holds, 1 holds only if"),
     "modes": (lambda: ml.modes("pendulum"), "Modes of pendulum, the reference pose: 1 mode: 1 oscillating"),
     "stability": (
         lambda: ml.stability("pendulum", methods="RK4", budget=1, gravity=Range(1.0, 9.0, 2)),

@@ -47,7 +47,10 @@ def started(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, dict[str, s
 def film(started: tuple[Path, dict[str, str]], out: Path) -> subprocess.Popen[str]:
     run, environment = started
     command = [sys.executable, "-m", "mechlab", "view", str(run), "--mp4", str(out)]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+    return subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),  # a shell's background job ignores it
+    )  # fmt: skip
 
 
 def test_progress_is_a_line_for_every_tenth(started: tuple[Path, dict[str, str]], tmp_path: Path) -> None:

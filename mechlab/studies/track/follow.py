@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -31,18 +31,22 @@ SETTLED = 1e-9
 """Below this a step that no direction is free to correct has squared its error away: the next one is not taken."""
 NEGLIGIBLE = 1e-7
 """A search whose last step is below this has settled as far as rounding lets it."""
+NO_GAIN = 1e-9
+"""Share of what is missing below which a step that promises no more is none; beyond reach the steps shrink slowly, by a factor each."""
 PRESSING = 1e-9
 """A bound whose multiplier is larger is what stops the motion."""
 
 
 @dataclass(frozen=True)
 class Pose:
-    """A closed pose: coordinates, the bounds that stop the motion there, the steps that it took, and whether the search ended."""
+    """A closed pose: coordinates, the bounds that stop the motion there, the steps that it took, whether the search ended, and where it
+    did not whether it had nothing more to gain."""
 
     q: Array
     pressing: tuple[tuple[Bound, bool], ...]
     steps: int
     settled: bool
+    nothing_to_gain: bool = False
 
 
 class Follower:
@@ -69,7 +73,7 @@ class Follower:
         middle = [g.blend(a, b, 0.5) for g, a, b in zip(self.goals, begin, end, strict=True)]
         half = self.lead(q, begin, middle, bounds, depth + 1)
         last = self.lead(half.q, middle, end, bounds, depth + 1)
-        return Pose(last.q, last.pressing, found.steps + half.steps + last.steps, last.settled)
+        return replace(last, steps=found.steps + half.steps + last.steps)
 
     def _search(self, start: Array, targets: Sequence[Array], bounds: tuple[Bound, ...]) -> Pose:
         """Steps from a closed pose; least motion is counted from there."""
@@ -92,10 +96,11 @@ class Follower:
                     break
             else:
                 return Pose(q, pressing, count, size < NEGLIGIBLE)
+            promised = float(np.linalg.norm(levels[0][1])) - float(np.linalg.norm(levels[0][1] - levels[0][0] @ step.z))
             q = taken
             if size < SETTLED and not step.free and not pressing:
                 return Pose(q, pressing, count, True)
-        return Pose(q, pressing, STEPS, size < NEGLIGIBLE)
+        return Pose(q, pressing, STEPS, size < NEGLIGIBLE, promised < NO_GAIN * float(np.linalg.norm(levels[0][1])))
 
     def _take(
         self, q: Array, dv: Array, targets: Sequence[Array], first: tuple[Array, Array], z: Array, tries: int

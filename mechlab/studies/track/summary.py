@@ -53,7 +53,7 @@ def summary(
         Tracked(g.name, errors[:, i], g.unit, g.tolerance, g.priority, g.priority == 0) for i, g in enumerate(goals)
     )
     stopped = _active(poses, closed.unit, m)
-    settled = np.array([p.pose.settled for p in poses])
+    settled = np.array([p.pose.settled or p.pose.nothing_to_gain for p in poses])
     gap, alone = max(p.gap for p in poses), sum(x.required for x in tracked) == 1
     findings = [_target_finding(x, t, stopped, settled, alone) for x in tracked if x.required]
     findings.append(limit_finding("closure", gap, GAP, "of the size", "loops and gears are open by"))
