@@ -80,7 +80,7 @@ def test_ended_at_any_moment(name, tmp_path):
 def test_a_film_that_is_ended(tmp_path):
     (tmp_path / "out").mkdir()
     finish(["simulate", "fourbar", "--duration", "0.01", "-o", "out/short.npz"], tmp_path)
-    campaign("film", tmp_path, moments=3)
+    campaign("film", tmp_path, moments=1)  # the others by `test_film_process`
 
 
 def campaign(name, folder, moments):

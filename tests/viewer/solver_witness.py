@@ -33,7 +33,7 @@ def lift() -> Mechanism:
     b.body("coupler", spherical("ball"), parent="crank", at=(0.0, 0.08, 0.0), inertia=solid)
     b.body("rocker", prismatic("reach", "z", range=(-0.05, 0.06)), revolute("swing", "y"), at=(0.3, 0.05, 0.0), inertia=solid)
     b.body("carriage", prismatic("travel", "x"), at=(0.25, -0.1, 0.02), inertia=solid)
-    b.loop("cross", "coupler", "rocker", (0.3, 0.0, 0.0), (0.0, 0.0, 0.1), kind="universal", axis_a="x", axis_b="z")
+    b.loop("cross", "coupler", "rocker", (0.3, 0.0, 0.0), (0.0, 0.0, 0.1), kind="universal", axis_a="z", axis_b="y")
     b.loop("strut", "carriage", "rocker", at_b=(0.0, 0.0, 0.05), kind="distance", length=0.2)
     wheel = shape("disc", radius=0.03, thickness=0.01)
     b.shaft("wheel", {"crank_angle": "17/5"}, shapes=(wheel,))
