@@ -15,6 +15,10 @@ from pathlib import Path
 from typing import Any
 
 ROUNDING = 1e-12
+NOTHING = 1e-12
+"""Printed numbers below this are rounding, of which a sheet shows the size."""
+IN_JSON = {"pieces": 1e-6}
+"""The highest of the six coefficients of a piece of a curve holds rounding over the fifth power of its width, about .04: 1e-7."""
 IN_OBJ = {"v": 4e-5, "vn": 1.001e-3, "f": 0.0}
 """Vertices are rounded to a unit of at most 2e-5 of the largest extent, which is at most twice the largest coordinate; normals to
 3 decimals."""
@@ -32,7 +36,7 @@ def difference(kept: Path, made: Path) -> str:
     if kept.suffix in (".xml", ".urdf"):
         return _first(list(_xml(one)), list(_xml(two)))
     if kept.suffix == ".json":
-        return _first(list(_json(json.loads(one))), list(_json(json.loads(two))))
+        return _first(list(_json(json.loads(one))), list(_json(json.loads(two))), IN_JSON)
     if kept.suffix == ".obj":
         return _first(list(_obj(one)), list(_obj(two)), IN_OBJ)
     return _first_printed(one, two)
@@ -40,7 +44,7 @@ def difference(kept: Path, made: Path) -> str:
 
 def _first(one: list[Leaf], two: list[Leaf], allowed: Mapping[str, float] | None = None) -> str:
     """The first difference; allowed: what numbers of a name may differ by, over their size (default: ROUNDING)."""
-    sizes: dict[str, float] = defaultdict(lambda: 1.0 if allowed is None else 0.0)
+    sizes: dict[str, float] = defaultdict(lambda: 0.0 if allowed is IN_OBJ else 1.0)
     for _, name, value in one:
         if isinstance(value, tuple):
             sizes[name] = max(sizes[name], *(abs(x) for x in value))
@@ -106,6 +110,8 @@ def _first_printed(one: str, two: str) -> str:
         if NUMBER.sub("#", a) != NUMBER.sub("#", b):
             return f"line {k}: {a!r} against {b!r}"
         for x, y in zip(NUMBER.findall(a), NUMBER.findall(b), strict=True):
+            if max(abs(float(x)), abs(float(y))) < NOTHING:
+                continue
             if abs(float(x) - float(y)) > 1.000001 * max(_last_digit(x), _last_digit(y)):
                 return f"line {k}: {x} against {y}"
     return "" if one.count("\n") == two.count("\n") else f"{one.count(chr(10))} lines against {two.count(chr(10))}"

@@ -28,7 +28,7 @@ def linkage(p: Parameters) -> Linkage:
         .rrr("W", ("bw", "aw"), ("B", "A"), (b, b), -1)
         .rrr("E", ("we", "de"), ("W", "D"), (b, c), -1)
         .rrr("W2", ("bw2", "ew2"), ("B", "E"), (b, b), 1)
-        .class_three("base", ("bv2", "aw2", "ed2", "base"), ("B", "W2", "E"), (a, b, c), (complex(a), complex(a - c)), 2,
+        .class_three("base", ("bv2", "aw2", "ed2", "base"), ("B", "W2", "E"), (a, b, c), (complex(-a), complex(c - a)), 2,
                      ("V2", "A2", "D2"))
     )  # fmt: skip
 

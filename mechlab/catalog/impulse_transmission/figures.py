@@ -145,7 +145,8 @@ def figure_7() -> Drawing:
         Reading("readable numbers on the axis and ends of the loop, beta'", (-10.0, 20.0), _extent(shot[1]), "rad/s"),
         Reading("largest error of the printed formula", "the curves coincide", _largest(formulas["printed"][0] - shot[0]), "rad"),
         Reading("share of its distance by which a neighbour comes nearer in a cycle, with the motor", "limit cycle",
-                motor_orbit(of_scene("fig7").impulse, np.array([0.0, SPEED, orbit.start[1], 0.0])).approach),
+                # a multiplier next to 1 holds two digits of it
+                float(f"{motor_orbit(of_scene('fig7').impulse, np.array([0.0, SPEED, orbit.start[1], 0.0])).approach:.2g}")),
         Reading("largest error with all terms of the third order", "-", _largest(formulas["consistent"][0] - shot[0]), "rad"),
     )
     return Drawing((loops, errors), readings)
