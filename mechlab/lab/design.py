@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from mechlab.engines.protocol import available, engine
-from mechlab.errors import MechlabError, explained, unknown
+from mechlab.errors import MechlabError, explained, unknown, warn
 from mechlab.experiment.acting import acting
 from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.laws import Constant
@@ -134,7 +133,7 @@ class Design(Shown):
 
         made = write_verified(self.mechanism(fidelity), out, self.file_settings)
         for text in made.trial.warnings:
-            warnings.warn(f"{self.name}: {text}", stacklevel=2)
+            warn(f"{self.name}: {text}")
         return made.files
 
     @property
