@@ -28,6 +28,7 @@ PRINTED, INK, FAINT = "#c1121f", "#1b2330", "#5b6470"
 LOOKS: dict[str, dict[str, Any]] = {
     "solid": {"lw": 1.3}, "thick": {"lw": 2.4}, "thin": {"lw": 0.6}, "dashed": {"lw": 1.3, "ls": (0, (5, 3))},
     "dotted": {"lw": 1.3, "ls": (0, (1, 2))}, "dots": {"ls": "", "marker": ".", "ms": 2.2}, "crosses": {"ls": "", "marker": "x", "ms": 6.0},
+    "rings": {"ls": "", "marker": "o", "mfc": "none", "ms": 8.0},
 }  # fmt: skip
 WIDTH, HEIGHT, DPI = 10.0, 4.8, 100
 """Size of a picture [inch] with one row of panels, and its pixels per inch: legible on a sheet without a click."""
@@ -186,8 +187,10 @@ def _draw_panel(axes: Any, panel: Panel, columns: int) -> None:
 
 
 def _set_off(text: Any) -> None:
-    """Words in a panel stand on white, in front of its curves, and do not move it."""
-    text.set(in_layout=False, zorder=5.0, bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6})
+    """Words in a panel stand in front of its curves, with white round each letter so that no curve is hidden, and do not move it."""
+    from matplotlib.patheffects import withStroke
+
+    text.set(in_layout=False, zorder=5.0, path_effects=[withStroke(linewidth=2.5, foreground="white")])
 
 
 def _draw_curve(axes: Any, curve: Curve, color: str) -> None:
