@@ -118,7 +118,10 @@ def test_bad_input(change: dict, keys: list[str], word: str, tmp_path: Path, cap
     assert word in said and "Traceback" not in said and "internal" not in said
 
 
-@pytest.mark.parametrize("text", ["", "a,b\n", "link,point,x,y\ncrank,O,zero,0\n", "link,point,x,y\n,O,1,0\n", "link,point,x,y\nground,O,0,0\n", "{"])
+HEAD = "link,point,x,y\n"
+
+
+@pytest.mark.parametrize("text", ["", "a,b\n", HEAD + "crank,O,zero,0\n", HEAD + ",O,1,0\n", HEAD + "ground,O,0,0\n", "{"])
 def test_bad_files(text: str, tmp_path: Path) -> None:
     for name in ("a.csv", "a.json"):
         with pytest.raises(MechlabError, match="links"):
