@@ -28,6 +28,7 @@ PRINTED, INK, FAINT = "#c1121f", "#1b2330", "#5b6470"
 LOOKS: dict[str, dict[str, Any]] = {
     "solid": {"lw": 1.3}, "thick": {"lw": 2.4}, "thin": {"lw": 0.6}, "dashed": {"lw": 1.3, "ls": (0, (5, 3))},
     "dotted": {"lw": 1.3, "ls": (0, (1, 2))}, "dots": {"ls": "", "marker": ".", "ms": 2.2}, "crosses": {"ls": "", "marker": "x", "ms": 6.0},
+    "rings": {"ls": "", "marker": "o", "mfc": "none", "ms": 8.0},
 }  # fmt: skip
 WIDTH, HEIGHT, DPI = 10.0, 4.8, 100
 """Size of a picture [inch] with one row of panels, and its pixels per inch: legible on a sheet without a click."""
@@ -165,8 +166,7 @@ def _draw_panel(axes: Any, panel: Panel, columns: int) -> None:
     _draw_printed(axes, panel)
     for note in panel.notes:
         arrow = {"arrowprops": {"arrowstyle": "->", "color": FAINT}} if note.to else {}
-        put = axes.annotate(note.text, note.to or (note.x, note.y), (note.x, note.y), fontsize=8.5, color=INK, **arrow)
-        _set_off(put)
+        _write(axes, note.text, note.to or (note.x, note.y), (note.x, note.y), INK, arrow)
     axes.set_title(panel.title, fontsize=10, loc="left")
     axes.set(xlabel=panel.x, ylabel=panel.y)
     for side in "xy":
@@ -185,9 +185,15 @@ def _draw_panel(axes: Any, panel: Panel, columns: int) -> None:
         axes.legend(fontsize=8.5, frameon=False, loc="upper left", bbox_to_anchor=(-0.02, -0.13), ncols=columns)
 
 
-def _set_off(text: Any) -> None:
-    """Words in a panel stand on white, in front of its curves, and do not move it."""
-    text.set(in_layout=False, zorder=5.0, bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6})
+def _write(axes: Any, words: str, to: tuple[Any, Any], where: tuple[float, float], color: str, how: dict[str, Any]) -> None:
+    """Words in front of the curves, which do not move the panel, over their own shape in wider white letters, which hide little of a curve
+    (as an effect of the words themselves these would not be text in an .svg)."""
+    from matplotlib.patheffects import Stroke
+
+    under = {k: v for k, v in how.items() if k != "arrowprops"}
+    put = axes.annotate(words, to, where, fontsize=8.5, color="white", **under)
+    put.set(in_layout=False, zorder=4.9, path_effects=[Stroke(linewidth=2.5, foreground="white")])
+    axes.annotate(words, to, where, fontsize=8.5, color=color, **how).set(in_layout=False, zorder=5.0)
 
 
 def _draw_curve(axes: Any, curve: Curve, color: str) -> None:
@@ -210,8 +216,7 @@ def _draw_printed(axes: Any, panel: Panel) -> None:
         label = None
         where = (mark.x if mark.x is not None else 0.01, mark.y if mark.y is not None else 0.02)
         across = axes.get_yaxis_transform() if mark.x is None else axes.get_xaxis_transform() if mark.y is None else axes.transData
-        put = axes.annotate(mark.text, where, (4, 4), xycoords=across, textcoords="offset points", fontsize=8.5, color=PRINTED)
-        _set_off(put)
+        _write(axes, mark.text, where, (4, 4), PRINTED, {"xycoords": across, "textcoords": "offset points"})
     for ticks, across, marker in (
         (panel.printed_x, axes.get_xaxis_transform(), 2), (panel.printed_y, axes.get_yaxis_transform(), 1),
     ):  # fmt: skip
