@@ -182,7 +182,7 @@ COMMANDS: dict[tuple[str, str], list[Differ | Writes | Refused]] = {
         Writes("claims planetary --figure all -o {}/a.png", "a.png"), Refused("claims planetary -o {}/a.gif", ".svg"),
         Refused("claims pendulum -o {}/a.png", "pendulum"),
     ],
-    ("chart", "--scene"): [Refused(f"{CHART} --scene no", "'no'"), Differ("chart fourbar --duration 0.02", "--scene free-run", slow=True)],
+    ("chart", "--scene"): [Refused(f"{CHART} --scene no", "'no'"), Differ("chart pendulum --duration 0.02", "--scene swing", slow=True)],
     ("chart", "--duration"): [Differ(CHART, "--duration 0.2", slow=True), Refused("chart pendulum --duration -1", "duration")],
     ("chart", "--target"): [Differ(CHART, "--target 1e-7", slow=True), Refused(f"{CHART} --fidelities --target 1e-3", "--target")],
     ("chart", "--fidelity"): [Refused(f"{CHART} --fidelity no", "'no'"), Refused(f"{CHART} --fidelities --fidelity full", "--fidelity")],

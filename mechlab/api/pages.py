@@ -92,7 +92,7 @@ def explored_story(d: Design) -> Story:
     """A mechanism whose drives can be moved in the page."""
     rates = chosen_scene(d).initial_rates
     made = exploration_story(d.mechanism(list(d.entry.fidelities)[-1]), d.entry.title, _facts(d), rates, _reach(d))
-    return replace(made, summary=d.entry.summary, named=named_numbers(d))
+    return replace(made, summary=d.entry.summary)
 
 
 def _reach(d: Design) -> BorderSurface | None:

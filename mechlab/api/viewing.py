@@ -105,11 +105,13 @@ def explore(
     """
     from mechlab.api.pages import explored_story
     from mechlab.viewer.html_page import variations
+    from mechlab.viewer.named_numbers import named_numbers
 
     design = load_design(source, key_values(values, parameters))
-    first = explored_story(design)
-    if first.named is not None and isinstance(source, str):
-        first = replace(first, named=replace(first.named, name=source))
+    named = named_numbers(design)
+    if named is not None and isinstance(source, str):
+        named = replace(named, name=source)
+    first = replace(explored_story(design), named=named)
     asked: Mapping[str, Axis | None] = dict.fromkeys(_sliders(design)) if vary is None else vary
     return replace(first, variants=variations(design, asked, first, explored_story))
 

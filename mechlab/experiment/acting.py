@@ -66,7 +66,26 @@ def law_text(mechanism: Mechanism, laws: Sequence[Law]) -> str:
             return f"the user's function {law.name} on {on}"
         case "computed_torque":
             return f"computed torque of {on}"
+        case "held_rates":
+            return "; ".join([*(law_text(mechanism, [x]) for x in law.laws if x.targets()), *(_hold(mechanism, h) for h in law.holds)])
+        case "viscous_between":
+            return f"drag {law.coefficient:g} {unit} s/{length} between {law.a} and {law.b}"
     return f"{law.kind.replace('_', ' ')} on {on}"
+
+
+def _hold(mechanism: Mechanism, hold: Any) -> str:
+    """A hold of a rate by its bounds: dry friction, a one-way stop, or a rate that is kept."""
+    terms = (f"{'-' if c < 0.0 else '+'} {'' if abs(c) == 1.0 else f'{abs(c):g} '}{n}" for n, c in hold.terms)
+    on = " ".join(terms).removeprefix("+ ")
+    length = "m" if is_length(mechanism, hold.terms[0][0]) else "rad"
+    unit = force_unit(length)
+    if hold.high == -hold.low and math.isfinite(hold.high) and not hold.rate:
+        return f"dry friction {hold.high:g} {unit} on {on}"
+    limits = f" by {hold.low:g} to {hold.high:g} {unit}" if math.isfinite(hold.low) or math.isfinite(hold.high) else ""
+    if 0.0 in (hold.low, hold.high):
+        what = f"{'at least' if hold.low == 0.0 else 'at most'} {hold.rate:g} {length}/s"
+        return f"one-way stop: rate of {on} {what}" + (limits if math.isfinite(hold.high - hold.low) else "")
+    return f"rate of {on} held at {hold.rate:g} {length}/s{limits}"
 
 
 def _servo(law: Any, on: str, length: str, unit: str, many: str) -> str:

@@ -24,8 +24,8 @@ from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.publication import Publication
 from mechlab.mechanism.geometry import Array
 
-STYLES = ("solid", "thick", "thin", "dashed", "dotted", "dots", "crosses")
-"""How a curve looks: lines; `dots` and `crosses` are points without a line."""
+STYLES = ("solid", "thick", "thin", "dashed", "dotted", "dots", "crosses", "rings")
+"""How a curve looks: lines; `dots`, `crosses` and `rings` are points without a line."""
 COLORS = 6
 """Number of colours that a curve can ask for by its index."""
 

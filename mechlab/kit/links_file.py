@@ -33,13 +33,13 @@ def read_links(path: str | Path) -> Links:
     except (OSError, UnicodeDecodeError) as error:
         raise MechlabError(f"links: cannot read {file}: {getattr(error, 'strerror', None) or error}.") from None
     try:
-        return _from_csv(text) if file.suffix.lower() == ".csv" else _from_json(text, file)
+        return _from_csv(text) if file.suffix.lower() == ".csv" else _from_json(text)
     except MechlabError as error:
         raise MechlabError(f"links {file}: {error}") from None
 
 
-def _from_json(text: str, file: Path) -> Links:
-    document = parse(text, f"links {file}")
+def _from_json(text: str) -> Links:
+    document = parse(text, "the file")
     for key in document:
         if key not in (*REQUIRED, *OPTIONAL):
             raise unknown("the key", key, (*REQUIRED, *OPTIONAL))
@@ -76,7 +76,10 @@ def _link(name: str, value: Any, factor: float) -> dict[str, complex]:
     if isinstance(value, list):
         if len(value) != 3 or not isinstance(value[0], str) or not isinstance(value[1], str):
             raise MechlabError(f'link {name!r}: expected ["P", "Q", length], or {{"P": [x, y], ...}}, got {value!r}.')
-        return {value[0]: 0j, value[1]: complex(_number(f"link {name!r}: length", value[2], factor))}
+        length = _number(f"link {name!r}: length", value[2], factor)
+        if length <= 0.0 or value[0] == value[1]:
+            raise MechlabError(f"link {name!r}: expected two points and a length above 0, got {value!r}.")
+        return {value[0]: 0j, value[1]: complex(length)}
     if not isinstance(value, dict) or len(value) < 2:
         raise MechlabError(f'link {name!r}: expected two points or more, {{"P": [x, y], ...}}, got {value!r}.')
     return {str(p): _point(f"link {name!r}, point {p!r}", xy, factor) for p, xy in value.items()}
@@ -118,4 +121,6 @@ def _from_csv(text: str) -> Links:
         points[point] = at
         if (row.get("drive") or "").strip() and link not in drives:
             drives.append(link)
+    if not links:
+        raise MechlabError(f"no row for a link; expected rows with {', '.join(COLUMNS)}, and drive where a link is driven.")
     return Links(links, fixed, tuple(drives))

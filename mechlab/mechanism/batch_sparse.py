@@ -57,9 +57,8 @@ class SparseRows:
         linear, angular = tree.screws(poses)
         values, residual = [], []
         if len(rows.a[0]):
-            ra = poses.frames[rows.a[0]]
-            pa, pb = (ra @ rows.a[1])[:, :, :3, 0], tree.positions(poses, rows.b)
-            back = np.swapaxes(ra[:, :, :3, :3] @ rows.turn_a, 2, 3)
+            pa, ra, pb, rb = rows.ends(poses)
+            back = np.swapaxes(ra, 2, 3)
             turns = angular[self._loops]
             moves = linear[self._loops] - crossed(pb[:, None], turns)
             i, k = rows.offsets
@@ -67,7 +66,6 @@ class SparseRows:
             values.append(found[self._kept[0]])
             residual.append(np.einsum("gpx,gpx->gp", back[i, :, k], (pb - pa)[i]))
             i, j, k = rows.angles
-            rb = poses.frames[rows.b[0]][:, :, :3, :3] @ rows.turn_b
             u, w = back[i, :, j], rb[i, :, :, k]
             found = np.einsum("gpx,gcpx->gcp", crossed(w, u), turns[i]) * self._sign[i][..., None]
             values.append(found[self._kept[1]])

@@ -24,12 +24,9 @@ CACHED = 20_000
 
 @dataclass(frozen=True)
 class Poses:
-    """All joints at P poses: frames (n + 1, P, 4, 4) of their links in the world, the last one the ground; origins (n, P, 3) and
-    axes (n, P, 3) of the joints in the world."""
+    """All joints at P poses: frames (n + 1, P, 4, 4) of their links in the world, the last one the ground."""
 
     frames: Array
-    origins: Array
-    axes: Array
 
 
 class BatchTree:
@@ -119,8 +116,7 @@ class BatchTree:
                 np.matmul(frames[parents[0]], steps[links[0]], out=frames[links[0]])
             else:
                 frames[links] = frames[parents] @ steps[links]
-        axes = (frames[:n] @ self._axis)[:, :, :3, 0]
-        return Poses(frames, frames[:n, :, :3, 3], axes)
+        return Poses(frames)
 
     def positions(self, poses: Poses, at: tuple[Array, Array]) -> Array:
         """(k, P, 3) world positions of points."""
@@ -157,7 +153,9 @@ class BatchTree:
 
     def screws(self, poses: Poses) -> tuple[Array, Array]:
         """(n, P, 3) velocity of the point at the world's origin and (n, P, 3) angular velocity, of each joint at rate 1."""
-        linear, angular = crossed(poses.origins, poses.axes), poses.axes
+        joints = poses.frames[:-1]
+        angular = (joints @ self._axis)[:, :, :3, 0]
+        linear = crossed(joints[..., :3, 3], angular)
         if len(self._slides):
             linear[self._slides] = angular[self._slides]
             angular = angular.copy()
@@ -188,6 +186,13 @@ def crossed(a: Array, b: Array) -> Array:
     return np.asarray((across(a) @ b[..., None])[..., 0])
 
 
+def _frames(turns: Array, places: Array) -> Array:
+    """(k, 1, 4, 4) of rotations (k, 1, 3, 3) and places (k, 1, 4, 1), homogeneous."""
+    out = np.zeros((len(turns), 1, 4, 4))
+    out[..., :3, :3], out[..., 3] = turns, places[..., 0]
+    return out
+
+
 class BatchRows:
     """Residual and Jacobian of all loops, relations and curves at many poses; rows as in `mechlab.mechanism.ConstraintSet`, in
     another order."""
@@ -201,6 +206,7 @@ class BatchRows:
         self.b = tree.points([(x.body_b, x.placement_b.translation) for x in loops])
         self.turn_a = np.array([tree.place[x.body_a][1] @ x.placement_a.rotation for x in loops]).reshape(-1, 1, 3, 3)
         self.turn_b = np.array([tree.place[x.body_b][1] @ x.placement_b.rotation for x in loops]).reshape(-1, 1, 3, 3)
+        self._ends = [(links, _frames(turn, at)) for (links, at), turn in ((self.a, self.turn_a), (self.b, self.turn_b))]
         offsets = [(i, AXES.index(u)) for i, x in enumerate(loops) for u in _LOOP_TABLE[x.kind][0]]
         angles = [(i, AXES.index(u), AXES.index(w)) for i, x in enumerate(loops) for u, w in _LOOP_TABLE[x.kind][1]]
         self.offsets = np.array(offsets, dtype=int).reshape(-1, 2).T
@@ -227,6 +233,12 @@ class BatchRows:
         self.kinds = {kind: np.flatnonzero(kinds == kind) for kind in ("offset", "angle", "relation")}
         """Kind of row -> its rows: lengths [m], sines of angles, sums of relations [rad or m]."""
 
+    def ends(self, poses: Poses) -> tuple[Array, Array, Array, Array]:
+        """Place (k, P, 3) and axes, as columns (k, P, 3, 3), of the frames of both ends of the loops: pa, ra, pb, rb."""
+        (a, end_a), (b, end_b) = self._ends
+        at_a, at_b = poses.frames[a] @ end_a, poses.frames[b] @ end_b
+        return at_a[..., :3, 3], at_a[..., :3, :3], at_b[..., :3, 3], at_b[..., :3, :3]
+
     def system(self, q: Array) -> Array:
         """(P, rows, nv + 1) Jacobian and, in the last column, residual at q (P, nv)."""
         tree = self.tree
@@ -236,9 +248,8 @@ class BatchRows:
         if len(self.a[0]) or len(self.lengths):
             linear, angular = (s.transpose(1, 2, 0) for s in tree.screws(poses))
         if len(self.a[0]):
-            ra = poses.frames[self.a[0]]
-            pa, pb = (ra @ self.a[1])[:, :, :3, 0], tree.positions(poses, self.b)
-            back = np.swapaxes(ra[:, :, :3, :3] @ self.turn_a, 2, 3)
+            pa, ra, pb, rb = self.ends(poses)
+            back = np.swapaxes(ra, 2, 3)
             own = np.empty((len(pa), count, 3, n + 1))
             # velocity relative to the point of A that coincides with the point of B, which takes in the rotation of A
             np.multiply(linear - across(pb) @ angular, self.between, out=own[..., :n])
@@ -251,7 +262,6 @@ class BatchRows:
                 parts.append(own[i, :, k].transpose(1, 0, 2))
             if self.angles.shape[1]:
                 i, j, k = self.angles
-                rb = poses.frames[self.b[0]][:, :, :3, :3] @ self.turn_b
                 u, w = back[i, :, j], rb[i, :, :, k]
                 turned = np.empty((len(i), count, n + 1))
                 turned[..., :n] = (crossed(w, u)[:, :, None, :] @ angular * self.between[i])[:, :, 0]
@@ -282,15 +292,13 @@ class BatchRows:
         tree = self.tree
         poses, parts = tree.at(q), []
         if len(self.a[0]):
-            ra = poses.frames[self.a[0]]
-            back = np.swapaxes(ra[:, :, :3, :3] @ self.turn_a, 2, 3)
+            pa, ra, pb, rb = self.ends(poses)
             i, k = self.offsets
-            apart = (back @ (tree.positions(poses, self.b) - (ra @ self.a[1])[:, :, :3, 0])[..., None])[..., 0]
+            apart = ((pb - pa)[:, :, None] @ ra)[:, :, 0]
             parts.append(apart[i, :, k])
             if self.angles.shape[1]:
                 i, j, k = self.angles
-                rb = poses.frames[self.b[0]][:, :, :3, :3] @ self.turn_b
-                parts.append(np.sum(back[i, :, j] * rb[i, :, :, k], axis=-1))
+                parts.append(np.sum(ra[i, :, :, j] * rb[i, :, :, k], axis=-1))
         if len(self.lengths):
             d = tree.positions(poses, self.rod_b) - tree.positions(poses, self.rod_a)
             lengths = self.lengths[:, None]

@@ -108,13 +108,16 @@ def _where_zero(f: Callable[[float], float], good: float, bad: float) -> float:
     return good
 
 
-def tooth(teeth: Teeth) -> tuple[Array, Array]:
-    """Radii (k,) from root to tip and half angles (k,) of an external tooth; one radius is the pitch radius exactly."""
+def tooth(teeth: Teeth, finer: int = 1) -> tuple[Array, Array]:
+    """Radii (k,) from root to tip and half angles (k,) of an external tooth; one radius is the pitch radius exactly.
+
+    finer: chords of a flank for each that a mesh has.
+    """
     few = teeth.number > 45.0
     form, pitch, tip = teeth.form, teeth.pitch, teeth.tip
-    below = teeth.root + (form - teeth.root) * np.linspace(0.0, 1.0, 3 if few else 4) ** 2
-    low = _between(teeth, form, min(pitch, tip), 2 if few else 3) if form < pitch < tip else np.array([form])
-    high = _between(teeth, max(pitch, form), tip, 3)
+    below = teeth.root + (form - teeth.root) * np.linspace(0.0, 1.0, (2 if few else 3) * finer + 1) ** 2
+    low = _between(teeth, form, min(pitch, tip), (1 if few else 2) * finer + 1) if form < pitch < tip else np.array([form])
+    high = _between(teeth, max(pitch, form), tip, 2 * finer + 1)
     radii = np.concatenate([below[:-1], low[:-1], high])
     rolled = radii >= form
     return radii, np.where(rolled, teeth.flank(np.maximum(radii, teeth.base)), teeth.fillet(radii))
@@ -172,9 +175,9 @@ def feet(loop: NDArray[np.int64], number: int) -> NDArray[np.int64]:
     return loop.reshape(number, -1)[:, [0, -1]].ravel()
 
 
-def spur_outline(teeth: Teeth, phase: float = 0.0) -> Array:
-    """(n, 2) counter-clockwise outline of a spur gear, a tooth at angle `phase`; corners lie on the true profile."""
-    r, t = around(*tooth(teeth), int(teeth.number), phase)
+def spur_outline(teeth: Teeth, phase: float = 0.0, finer: int = 1) -> Array:
+    """(n, 2) counter-clockwise outline of a spur gear, a tooth at angle `phase`; corners lie on the true profile (finer: see `tooth`)."""
+    r, t = around(*tooth(teeth, finer), int(teeth.number), phase)
     return np.column_stack([(r * np.cos(t)).ravel(), (r * np.sin(t)).ravel()])
 
 

@@ -7,7 +7,8 @@ is left out while no body is off there by more than a tolerance, by the bound su
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -129,9 +130,9 @@ def choose_knots(
             break
         tolerance *= LOOSER
     coarse = np.unique(np.append(keep[::2], keep[-1]))
-    error, halved = (
-        _distance(corners, poses, q, hermite(t[k], q[k], rates[k], t)) if len(k) < len(t) else 0.0 for k in (keep, coarse)
-    )  # half of the knots: 16 times the error of a method of the fourth order
+    # half of the knots: 16 times the error of a method of the fourth order
+    shown = [hermite(t[k], q[k], rates[k], t) if len(k) < len(t) else q for k in (keep, coarse)]
+    error, halved = _distances(corners, poses, q, shown)
     return Knots(t[keep], q[keep], rates[keep], error, max(error, halved / 16.0), len(t))
 
 
@@ -197,13 +198,19 @@ def _worst(t: Array, q: Array, rates: Array, levers: Array, ends: Indices, owner
     return worst
 
 
-def _distance(corners: Mapping[int, Array], poses: Callable[[Array], Array], true: Array, shown: Array) -> float:
-    """Largest distance [m] of a corner at two sets of coordinates (n, nq)."""
-    worst = 0.0
+def _distances(corners: Mapping[int, Array], poses: Callable[[Array], Array], true: Array, shown: Sequence[Array]) -> list[float]:
+    """Largest distance [m] of a corner between true coordinates (n, nq) and each of the shown ones."""
+    worst = [0.0] * len(shown)
+    homogeneous = {k: np.vstack([points.T, np.ones(len(points))]) for k, points in corners.items()}
     for first in range(0, len(true), CHUNK):
         part = slice(first, first + CHUNK)
-        apart = poses(true[part]) - poses(shown[part])
-        for k, points in corners.items():
-            way = np.einsum("nij,cj->nci", apart[:, k, :3, :3], points) + apart[:, k, None, :3, 3]
-            worst = max(worst, float(np.linalg.norm(way, axis=-1).max()))
+        there = poses(true[part])[:, :, :3]
+        for i, other in enumerate(shown):
+            if other is true:
+                continue
+            apart = there - poses(other[part])[:, :, :3]
+            for k, points in homogeneous.items():
+                way = (apart[:, k].reshape(-1, 4) @ points).reshape(len(apart), 3, -1)
+                way *= way
+                worst[i] = max(worst[i], math.sqrt(way.sum(axis=1).max(initial=0.0)))
     return worst

@@ -220,9 +220,10 @@ def test_all_shapes_can_be_built() -> None:
 # -- loads -----------------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("scene", ["sheet-delivery", "glue-and-cut"])
-def test_loaded_uses_by_three_witnesses(scene: str) -> None:
-    runs = {e: ml.simulate("gear_linkage", scene=scene, duration=5.5, engine=e) for e in ("analytic", "mujoco", "pinocchio")}
+# the cut is from 4.52 to 5.81 s
+@pytest.mark.parametrize(("scene", "duration"), [("sheet-delivery", 1.5), ("glue-and-cut", 5.0)])
+def test_loaded_uses_by_three_witnesses(scene: str, duration: float) -> None:
+    runs = {e: ml.simulate("gear_linkage", scene=scene, duration=duration, engine=e) for e in ("analytic", "mujoco", "pinocchio")}
     truth = runs["analytic"].final()
     for engine in ("mujoco", "pinocchio"):
         for name in ("crank_angle", "crank_angle_rate", "output_angle"):
@@ -232,11 +233,11 @@ def test_loaded_uses_by_three_witnesses(scene: str) -> None:
 def test_the_servo_pays_for_drag_and_cut() -> None:
     """Work of the servo in a turn at a nearly constant speed: half of the cutter's torque over its angle, and drag x w_out^2 / speed."""
     p = replace(Parameters(), **PRESETS["glue-and-cut"])
-    found = ml.simulate("gear_linkage", scene="glue-and-cut", duration=4.0 * math.pi, engine="analytic")
+    found = ml.simulate("gear_linkage", scene="glue-and-cut", duration=0.5 + 2.0 * math.pi, engine="analytic")
     t, angle, rate = found.t, found.channel("crank_angle"), found.channel("crank_angle_rate")
     law = servo(p)
     force = law.stiffness * (p.speed * t - angle) + law.damping * (p.speed - rate)
-    late = t >= 2.0 * math.pi - 1e-9
+    late = t >= 0.5 - 1e-9  # the servo of 30 rad/s has settled
     work = float(np.trapezoid((force * rate)[late], t[late]))
     report = closed.regime(p.linkage)
     phi = np.linspace(0.0, 2.0 * math.pi, 4001)

@@ -43,6 +43,7 @@ def test_every_verb_has_two() -> None:
         assert len(set(commands)) == 2 and all(c.startswith(f"mechlab {verb}") for c in commands)
 
 
+@pytest.mark.printed
 @pytest.mark.parametrize("verb", VERBS)
 def test_they_run(verb: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     """And their tables fit a terminal of 80 columns."""

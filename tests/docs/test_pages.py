@@ -8,6 +8,7 @@ import pytest
 
 from tests.docs.pages import DOCS, blocks_of, difference, run_page, written
 
+pytestmark = pytest.mark.printed
 PAGES = sorted(p for p in DOCS.rglob("*.md") if "_build" not in p.parts)
 WITH_CODE = [p for p in PAGES if any(not b.reason for b in blocks_of(p.read_text(encoding="utf-8")))]
 

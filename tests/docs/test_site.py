@@ -16,6 +16,7 @@ from mechlab.cli.verbs import VERBS
 from tests.docs.pages import DOCS
 
 pytest.importorskip("sphinx")
+pytestmark = pytest.mark.printed
 
 
 @pytest.fixture(scope="module")

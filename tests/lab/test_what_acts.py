@@ -16,12 +16,13 @@ import mechlab as ml
 from mechlab.cli import main
 from mechlab.errors import MechlabError
 from mechlab.experiment.acting import acting, what_acts
+from mechlab.experiment.held_rates import HeldRates, RateHold, ViscousBetween
 from mechlab.experiment.laws import Constant, Servo
 from mechlab.experiment.motion import Hold, Sine
 from mechlab.experiment.scene import Scene
 from mechlab.lab.fastest_rate import drive_step
 from mechlab.lab.methods import Problem, method
-from mechlab.mechanism import Builder, Inertia, prismatic
+from mechlab.mechanism import Builder, Inertia, prismatic, revolute
 from mechlab.studies.chart.run import Budget, chart
 from mechlab.studies.chart.score import reference_of
 from mechlab.studies.stability.study import study
@@ -266,6 +267,25 @@ def test_the_line_stands_in_text_json_recording_and_page(tmp_path, capsys):
     page = tmp_path / "page.html"
     ml.view(str(saved), html=page)
     assert "held at 0; constant torque 3 N m on q" in page.read_text()
+
+
+def test_held_rates_are_named_by_what_their_bounds_mean():
+    """Dry friction where they are opposite, a stop where one of them is 0, a kept rate where there is none; the laws inside as well."""
+    b = Builder("two", gravity=(0.0, 0.0, 0.0))
+    b.body("arm", revolute("q", "y"), inertia=Inertia.point(0.5, (0.4, 0.0, 0.0)))
+    b.body("block", prismatic("x", "x"), inertia=Inertia.point(1.0, (0.0, 0.0, 0.0)))
+    m = b.build()
+    holds = (
+        RateHold("x", low=-7.0, high=7.0), RateHold("q", low=0.0), RateHold("x", 2.0, high=0.0), RateHold((("q", 1.0), ("x", -2.0)), 3.0),
+        RateHold("q", 1.0, -4.0, 5.0),
+    )  # fmt: skip
+    law = HeldRates(holds, (Constant("q", 3.0), ViscousBetween("q", "x", 0.5)))
+    said = what_acts(m, acting(m, Scene("x", "full", 1.0, (law,))))
+    assert said.split("; ") == [
+        "no gravity", "constant torque 3 N m on q", "drag 0.5 N m s/rad between q and x", "dry friction 7 N on x",
+        "one-way stop: rate of q at least 0 rad/s", "one-way stop: rate of x at most 2 m/s", "rate of q - 2 x held at 3 rad/s",
+        "rate of q held at 1 rad/s by -4 to 5 N m",
+    ]  # fmt: skip
 
 
 def test_without_drives_the_default_is_the_free_motion(tmp_path, capsys):

@@ -32,11 +32,10 @@ def chord(x: float, pins: Array, radius: float) -> tuple[float, float]:
     for a in pins:
         for b in pins:
             # the top of the strip round a-b at x: the largest y of a + t (b - a) + radius (cos, sin) with that x
-            for t in np.linspace(0.0, 1.0, 4001):
-                cx, cy = a + t * (b - a)
-                if abs(x - cx) <= radius:
-                    rise = math.sqrt(radius**2 - (x - cx) ** 2)
-                    low, high = min(low, cy - rise), max(high, cy + rise)
+            cx, cy = (a + np.linspace(0.0, 1.0, 4001)[:, None] * (b - a)).T
+            near = np.abs(x - cx) <= radius
+            rise = np.sqrt(radius**2 - (x - cx[near]) ** 2)
+            low, high = np.min(cy[near] - rise, initial=low), np.max(cy[near] + rise, initial=high)
     return low, high
 
 

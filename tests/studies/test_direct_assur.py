@@ -101,7 +101,10 @@ def test_where_nothing_closes_there_is_no_solution(tmp_path: Path, capsys: pytes
         ({}, ["crank=1", "table=a.txt"], ".csv"),
         ({"drives": []}, [], "1 more drives"),
         ({"drives": ["cranc"]}, ["crank=1"], "crank"),
+        ({"links": FOURBAR["links"] | {"rocker": ["C", "E", 0.6]}}, ["crank=1"], "nothing is pinned to B, E"),
         ({"links": {"crank": ["O", "A"]}}, ["crank=1"], "length"),
+        ({"links": FOURBAR["links"] | {"crank": ["O", "A", 0]}}, ["crank=1"], "above 0"),
+        ({"links": FOURBAR["links"] | {"crank": ["O", "O", 1]}}, ["crank=1"], "two points"),
         ({"links": {"crank": {"O": [0, 0], "A": [1, "x"]}}}, ["crank=1"], "number"),
         ({"unit": "kg"}, ["crank=1"], "unit"),
         ({"masses": 1}, ["crank=1"], "masses"),
@@ -115,7 +118,10 @@ def test_bad_input(change: dict, keys: list[str], word: str, tmp_path: Path, cap
     assert word in said and "Traceback" not in said and "internal" not in said
 
 
-@pytest.mark.parametrize("text", ["", "a,b\n", "link,point,x,y\ncrank,O,zero,0\n", "link,point,x,y\n,O,1,0\n", "{"])
+HEAD = "link,point,x,y\n"
+
+
+@pytest.mark.parametrize("text", ["", "a,b\n", HEAD + "crank,O,zero,0\n", HEAD + ",O,1,0\n", HEAD + "ground,O,0,0\n", "{"])
 def test_bad_files(text: str, tmp_path: Path) -> None:
     for name in ("a.csv", "a.json"):
         with pytest.raises(MechlabError, match="links"):

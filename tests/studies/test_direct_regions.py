@@ -21,6 +21,8 @@ def test_the_printed_law_holds_off_the_border_only(capsys: pytest.CaptureFixture
         # {-f >= 0} is closed and holds the border, not chi(f) does not.
         assert said["inside"] == [1, 1, 1, 0, 0] and said["inside_by_law"] == [1, 1, 0, 0, 0] and said["broken"] == 1
     assert "at 1 of 5 points: they lie on a border" in document["message"]
+    assert "the region is ~f, as none is given" in document["message"]
+    assert "as none is given" not in str(api.solve("regions", f=[1.0], region="~f"))
 
 
 @pytest.mark.parametrize(

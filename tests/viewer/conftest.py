@@ -150,7 +150,7 @@ def wait_until(page: Any, condition: str, seconds: float = PATIENCE) -> None:
     end = time.monotonic() + seconds
     while not _holds(page, condition):
         assert time.monotonic() < end, f"{condition} did not come true within {seconds} s"
-        page.wait_for_timeout(100)  # a question asked while the page reloads may get lost
+        page.wait_for_timeout(20)
 
 
 def _holds(page: Any, condition: str) -> bool:

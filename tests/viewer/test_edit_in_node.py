@@ -43,16 +43,14 @@ def poses(mechanism: Mechanism) -> dict[str, tuple[Array, Array]]:
 @pytest.mark.parametrize("name", ["fourbar", "planetary", "delta6", "bricard", "andrews"])
 def test_a_document_is_written_as_python_writes_it(name: str) -> None:
     """Byte by byte the JSON of `generate`: every double comes back."""
-    model = api.explore(name).model
-    assert model is not None
+    model = api.load(name).drawn()
     assert in_node(model, [{"ask": "text"}], SCRIPTS) == [to_json(model)]
 
 
 @pytest.mark.parametrize("name", ["fourbar", "slider_crank", "gear_linkage", "delta6"])
 def test_a_pose_becomes_the_reference_pose_as_in_assemble(name: str) -> None:
     """Placements and zeros are those of Builder.assemble at the same closed coordinates."""
-    model = api.explore(name).model
-    assert model is not None
+    model = api.load(name).drawn()
     drive = in_node(model, [{"ask": "facts"}], SCRIPTS)[0]["drives"][0]
     q = close(model, targets={drive: float(model.value(drive, model.reference())) + 0.2}, steps=8).q
     (text,) = in_node(model, [{"ask": "rebased", "q": q.tolist()}], SCRIPTS)

@@ -51,9 +51,6 @@ def test_pages_of_a_changed_design_carry_the_sentence_and_the_names() -> None:
     assert changed.named is not None and next(p.value for p in changed.named.parameters if p.key == "crank") == 0.12
 
 
-LOST = pytest.mark.skip(reason="the page reloads while it is asked: beside other work Chromium loses an answer, and the test never ends")
-
-
 @contextmanager
 def edited(
     first: Design, look: Callable[..., Any], until: Callable[..., None], length: str, part: str = ""
@@ -76,7 +73,6 @@ def edited(
             rebuilder.end()
 
 
-@LOST
 @pytest.mark.browser
 def test_an_edit_in_the_live_page_comes_back_checked(look: Callable[..., Any], until: Callable[..., None]) -> None:
     """A typed length goes to Python as the parameter it is; the page of that design says what the witnesses found."""
@@ -86,7 +82,6 @@ def test_an_edit_in_the_live_page_comes_back_checked(look: Callable[..., Any], u
         assert lengths[0] == pytest.approx(0.12, abs=1e-15)
 
 
-@LOST
 @pytest.mark.browser
 def test_a_model_without_parameters_is_built_and_checked_too(look: Callable[..., Any], until: Callable[..., None]) -> None:
     """The edited model itself goes to Python: a coupler of 320 mm closes to the rocker angle of the law of cosines."""

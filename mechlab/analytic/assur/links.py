@@ -65,11 +65,12 @@ class Links:
             if self.holder(slide) is None:
                 raise unknown(f"linkage: point of {name!r} off its guide {slide.guide!r}", slide.point, self.points)
         guides = {s.guide for s in self.slides.values()}
-        lone = [n for n, points in self.links.items() if n not in guides and not any(self._shared(p) > 1 for p in points)]
+        lone = [n for n, points in self.links.items() if n not in guides and not any(self.shared(p) > 1 for p in points)]
         if lone:
             raise MechlabError(f"linkage: link {lone[0]!r} hangs on nothing: it shares no point with another link or the ground.")
 
-    def _shared(self, point: str) -> int:
+    def shared(self, point: str) -> int:
+        """Number of links, of the ground and of slides that have the point."""
         return sum(point in points for points in self.links.values()) + (point in self.fixed) + self._sliding(point)
 
     def _sliding(self, point: str) -> int:
@@ -161,7 +162,8 @@ def loops(linkage: Links) -> Loops:
         surplus = count - 2 * loop_count
         what = f"{surplus} more drives are needed" if surplus > 0 else f"{-surplus} constraints too many, counting two for each loop"
         what = f"{count} unknown turns{' and places' if slides else ''} in {loop_count} loops of two equations each: {what}"
-        raise MechlabError(f"linkage: {what}.")
+        alone = [p for p in linkage.points if linkage.shared(p) < 2]
+        raise MechlabError(f"linkage: {what}{'; nothing is pinned to ' + ', '.join(alone) if surplus > 0 and alone else ''}.")
     if loop_count > LARGEST_LOOPS:
         many = path_count(loop_count)
         raise MechlabError(f"linkage: {loop_count} loops have up to {many} modes; at most {LARGEST_LOOPS} loops are solved.")

@@ -16,6 +16,7 @@ from functools import lru_cache
 import numpy as np
 
 from mechlab.analytic.path_synthesis.curves import SIZES, Array, Complex
+from mechlab.analytic.path_synthesis.guided_body import missed_arrows
 
 PHASES = 24
 BARS = np.geomspace(0.3, 8.0, 17)
@@ -42,9 +43,9 @@ def shapes() -> Array:
     return np.column_stack([b, c, d])[kept]
 
 
-def starts(targets: Complex, t: Array, count: int, least: float = 0.0) -> Starts:
+def starts(targets: Complex, t: Array, count: int, least: float = 0.0, arrows: Complex | None = None) -> Starts:
     """The best `count` of the atlas for points (n,) at crank angles (n,): one of each shape and mode, in its best phase. least: sine of the
-    smallest angle between coupler and rocker."""
+    smallest angle between coupler and rocker; arrows: directions (n,) of a body on the coupler, if there is one."""
     b, c, d = (s[:, None, None] for s in shapes().T)
     phase = 2.0 * np.pi * np.arange(PHASES) / PHASES
     e = np.exp(1j * t)
@@ -62,7 +63,8 @@ def starts(targets: Complex, t: Array, count: int, least: float = 0.0) -> Starts
             u = way * (along + 1j * mode * np.sqrt(rest)) / square
             v = u - (u @ basis.conj()) @ basis.T
             hit = np.abs(v.conj() @ aim) ** 2 / np.sum(v.real**2 + v.imag**2, axis=-1)
-        missed = np.where(closes, np.real(np.vdot(aim, aim)) - hit, np.inf)
+        turned = 0.0 if arrows is None else missed_arrows(u, arrows)
+        missed = np.where(closes, np.real(np.vdot(aim, aim)) - hit + turned, np.inf)
         k = np.argmin(missed, axis=1)
         best.append((missed[np.arange(len(k)), k], k, np.full(len(k), mode)))
     left, chosen, modes = (np.concatenate(z) for z in zip(*best, strict=True))

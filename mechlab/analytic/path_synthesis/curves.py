@@ -69,7 +69,7 @@ def slopes(x: Array, found: CurvePoints, ratio: float, t: Array) -> tuple[Comple
     return out, pin_rate + 1j * p * u * spin_rate
 
 
-def spins(x: Array, found: CurvePoints, ratio: float, t: Array) -> tuple[Complex, Array, Complex, Array]:
+def spins(x: Array, found: CurvePoints, ratio: float, t: Array) -> Spins:
     """Derivatives of A (..., n, 12) and of the coupler's angle (..., n, 12) by the twelve numbers, of both by the crank angle (..., n)."""
     e, f, u = np.exp(1j * t), np.exp(1j * ratio * t), found.turn
     b, c = x[..., COUPLER, None], x[..., LINK, None]
@@ -106,8 +106,17 @@ class Traced(Protocol):
         """Of the curve."""
 
     @property
+    def turn(self) -> Complex:
+        """Direction (..., n) of the link that carries the point."""
+
+    @property
     def margin(self) -> Array:
         """The sine."""
+
+
+Spins = tuple[Complex, Array, Complex, Array]
+"""Derivatives of the beginning of the link that carries the point, and of its angle, by the numbers of a row (..., n, m) and by the crank
+angle (..., n)."""
 
 
 class Curve(Protocol):
@@ -135,9 +144,16 @@ class Curve(Protocol):
         """See `widest`."""
 
 
+class LinkCurve(Curve, Protocol):
+    """A kind of linkage whose point is one of a link."""
+
+    def spins(self, x: Array, found: Any, t: Array) -> Spins:
+        """See `Spins`."""
+
+
 @dataclass(frozen=True)
 class Geared:
-    """Four-bars, ratio 0, and geared five-bars as a `Curve`."""
+    """Four-bars, ratio 0, and geared five-bars as a `LinkCurve`."""
 
     ratio: float = 0.0
     lengths: tuple[int, ...] = (COUPLER, LINK)
@@ -154,6 +170,10 @@ class Geared:
     def slopes(self, x: Array, found: CurvePoints, t: Array) -> tuple[Complex, Complex]:
         """See `slopes`."""
         return slopes(x, found, self.ratio, t)
+
+    def spins(self, x: Array, found: CurvePoints, t: Array) -> Spins:
+        """See `spins`."""
+        return spins(x, found, self.ratio, t)
 
     def widest(self, x: Array) -> Array:
         """See `widest`."""

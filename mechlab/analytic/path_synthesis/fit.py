@@ -1,7 +1,7 @@
 """Least squares for many linkages at once: Levenberg's and Marquardt's method with the exact Jacobian.
 
 Unknown are the numbers of each row and, where no timing is prescribed, the crank angle of every point but the first. An angle moves its
-own point alone, so the angles are eliminated from the normal equations, and what is left has ten unknowns, of a six-bar
+own point, or position, alone, so the angles are eliminated from the normal equations, and what is left has ten unknowns, of a six-bar
 sixteen, however many points there are.
 """
 
@@ -44,7 +44,7 @@ class Limits:
 
 
 def fit(targets: Complex, start: Fitted, curve: Curve, timed: bool, limits: Limits, rounds: int) -> Fitted:
-    """Moves the free numbers of every row, and the angles unless `timed`, towards the points (n,).
+    """Moves the free numbers of every row, and the angles unless `timed`, towards the points (n,), or positions (n, 2) of `guided_body`.
 
     A step that leads where a linkage does not assemble, or beyond the limits, is not taken.
     """
@@ -82,18 +82,21 @@ def _steps(
     """Steps of the free numbers (k, m) and of the angles (k, n)."""
     here = curve.points(rows, modes, angles)
     by_size, by_angle = curve.slopes(rows, here, angles)
-    j, gap = by_size[..., curve.free], here.point - targets
-    flat, r = np.concatenate([j.real, j.imag], axis=1), np.concatenate([gap.real, gap.imag], axis=1)
+    k, n, m = *angles.shape, len(curve.free)
+    complex_j = by_size[..., curve.free].reshape(k, n, -1, m)
+    j = np.concatenate([complex_j.real, complex_j.imag], axis=2)
+    rate, gap = (np.concatenate([z.real, z.imag], axis=2) for z in (by_angle.reshape(k, n, -1), (here.point - targets).reshape(k, n, -1)))
+    flat, r = j.reshape(k, -1, m), gap.reshape(k, -1)
     normal, slope = np.swapaxes(flat, 1, 2) @ flat, (np.swapaxes(flat, 1, 2) @ r[..., None])[..., 0]
-    diagonal = np.arange(len(curve.free))
+    diagonal = np.arange(m)
     weight = normal[:, diagonal, diagonal].copy()
     normal[:, diagonal, diagonal] += damping[:, None] * weight + 1e-15 * np.max(weight, axis=1, keepdims=True) + 1e-300
     if timed:
         return np.linalg.solve(normal, -slope[..., None])[..., 0], np.zeros_like(angles)
     # rows of the angles: own = |dP/dt|^2, coupling = dP/dt . dP/dx, pull = dP/dt . gap; the first angle stays, as the crank's phase is free
-    own = (1.0 + damping[:, None]) * np.abs(by_angle) ** 2
+    own = (1.0 + damping[:, None]) * np.sum(rate * rate, axis=-1)
     own[:, 0] = np.inf
-    coupling, pull = np.real(np.conj(by_angle)[..., None] * j), np.real(np.conj(by_angle) * gap)
+    coupling, pull = np.sum(rate[..., None] * j, axis=2), np.sum(rate * gap, axis=-1)
     shared = np.swapaxes(coupling / own[..., None], 1, 2)
     normal = normal - shared @ coupling
     step = np.linalg.solve(normal, -(slope - (shared @ pull[..., None])[..., 0])[..., None])[..., 0]
@@ -101,6 +104,6 @@ def _steps(
 
 
 def _missed(found: Complex, targets: Complex) -> Array:
-    gap = found - targets
+    gap = (found - targets).reshape(len(found), -1)
     out = np.sum(gap.real**2 + gap.imag**2, axis=-1)
     return np.where(np.isfinite(out), out, np.inf)

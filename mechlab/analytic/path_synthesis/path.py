@@ -18,9 +18,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mechlab.analytic.burmester import POSITIONS, leading_dyads
+from mechlab.analytic.burmester import POSITIONS, LeadingFourbar, leading_dyads, leading_fourbars
 from mechlab.analytic.path_synthesis.atlas import starts
-from mechlab.analytic.path_synthesis.curves import Array, Geared, widest
+from mechlab.analytic.path_synthesis.curves import Array, Complex, Geared, widest
 from mechlab.analytic.path_synthesis.fit import Fitted, fit
 from mechlab.analytic.path_synthesis.task import Found, PathLinkage, PathTask, best, joined, judged, one_by_one, ordered
 from mechlab.progress import counted, part, silent
@@ -42,21 +42,26 @@ RATIOS = (-1, 1, -2, 2)
 def path_fourbars(task: PathTask, progress: Callable[[int, int], None] = silent) -> tuple[PathLinkage, ...]:
     """Four-bars, the best first: exact ones in the order of their transmission angle, the others in that of their squares; also those with
     a defect. progress hears (done, total)."""
-    if task.timed and len(task.targets) == POSITIONS:
+    if task.timed and task.turns is None and len(task.targets) == POSITIONS:
         found = [judged(f, FOUR, task, 1e-6) for f in _five(task)]
         if any(not f.defect and f.least_transmission_angle >= task.least for f in found):
             return ordered(found, task)
+    exact = list[PathLinkage]()
+    if not task.timed and task.turns is not None and len(task.targets) == POSITIONS:
+        exact = [judged(f, task.curve(FOUR), task, 1e-6) for f in _carrying(task, task.turns)]
     first, few = np.arange(len(task.targets)), suited(task)
-    fewer = replace(task, targets=task.targets[few], timing=None if task.timing is None else task.timing[few])
+    timing, turns = (None if z is None else z[few] for z in (task.timing, task.turns))
+    fewer = replace(task, targets=task.targets[few], timing=timing, turns=turns)
     begun = joined([_begun(fewer, t) for t in counted(timings(fewer), part(progress, 0, 70))])
-    begun = fit(fewer.targets, begun, FOUR, task.timed, task.limits, 30 if task.timed else 12)
+    curve = task.curve(FOUR)
+    begun = fit(fewer.aims, begun, curve, task.timed, task.limits, 30 if task.timed else 12)
     begun = best(begun, task, int(np.clip(2400 // len(first), 16, 2 * KEPT)))
     angles = np.array([np.interp(first, few, a) for a in begun.angles]).reshape(-1, len(first))
     if task.timing is not None:
         angles = np.broadcast_to(task.timing, angles.shape)
-    done = fit(task.targets, replace(begun, angles=angles), FOUR, task.timed, task.limits, 60)
-    done = fit(task.targets, best(done, task, int(np.clip(600 // len(first), 6, KEPT // 2))), FOUR, task.timed, task.limits, 300)
-    return ordered([judged(f, FOUR, task) for f in one_by_one(best(done, task, KEPT))], task)
+    done = fit(task.aims, replace(begun, angles=angles), curve, task.timed, task.limits, 60)
+    done = fit(task.aims, best(done, task, int(np.clip(600 // len(first), 6, KEPT // 2))), curve, task.timed, task.limits, 300)
+    return ordered([*exact, *(judged(f, curve, task) for f in one_by_one(best(done, task, KEPT)))], task)
 
 
 def path_fivebars(
@@ -89,12 +94,12 @@ def timings(task: PathTask) -> list[Array]:
     """Crank angles (n,) to begin with: those given, or turns shared out as the way, and as the points, are."""
     if task.timing is not None:
         return [task.timing]
-    steps = np.abs(np.diff(task.targets))
+    steps = task.ways
     even, way = np.linspace(0.0, 1.0, len(task.targets)), np.concatenate([[0.0], np.cumsum(steps) / np.sum(steps)])
     shares = [way] if np.max(np.abs(way - even)) < 0.03 else [way, 0.5 * (way + even), even]
     # at the ends of a stroke a crank turns further for the same way than in its middle
     shares.append(np.arccos(np.clip(1.0 - 2.0 * way, -1.0, 1.0)) / np.pi)
-    gap, whole = abs(task.targets[-1] - task.targets[0]), float(np.sum(steps))
+    gap, whole = float(np.linalg.norm(task.aims[-1] - task.aims[0])), float(np.sum(steps))
     # the ends of a closed path are as near as its other points: then the crank makes a turn, less their gap
     closed = len(steps) > 6 and gap < 2.0 * float(np.max(steps))
     turns = [2.0 * np.pi * whole / (whole + gap)] if closed else TURNS
@@ -103,10 +108,10 @@ def timings(task: PathTask) -> list[Array]:
 
 def _begun(task: PathTask, t: Array) -> Fitted:
     """The best of the atlas for these crank angles."""
-    found = starts(task.targets, t, 4 * KEPT if task.timed else EACH, np.sin(task.least))
+    found = starts(task.targets, t, 4 * KEPT if task.timed else EACH, np.sin(task.least), task.arrows)
     kept = widest(found.rows) <= task.size
     angles = np.broadcast_to(t, (int(np.count_nonzero(kept)), len(t)))
-    return Fitted(found.rows[kept], found.modes[kept], angles, found.missed[kept])
+    return task.begun(FOUR, Fitted(found.rows[kept], found.modes[kept], angles, found.missed[kept]))
 
 
 def _five(task: PathTask) -> Iterable[Found]:
@@ -127,3 +132,23 @@ def _five(task: PathTask) -> Iterable[Found]:
             side = np.imag(np.conj(second.pivot - pin) * (joint - pin))
             if widest(row) <= task.size:
                 yield row, 1 if side > 0 else -1, t
+
+
+def leading_row(f: LeadingFourbar, places: Complex, turns: Array) -> Found:
+    """A four-bar that carries a body through positions exactly; its coupler point is the origin of the body. The crank's direction in the
+    row is the x axis, so that the crank angles are counted from there."""
+    pin, joint = (places + np.exp(1j * turns) * dyad.point for dyad in (f.first, f.second))
+    side = np.imag(np.conj(f.second.pivot - pin) * (joint - pin))[0]
+    span, o, d = f.second.point - f.first.point, f.first.pivot, f.second.pivot
+    point = -f.first.point * abs(span) / span
+    row = np.array([o.real, o.imag, f.first.length, 0.0, d.real, d.imag, 0.0, 0.0, f.coupler, f.second.length, point.real, point.imag])
+    return row, 1 if side > 0 else -1, np.unwrap(np.angle(pin - o))
+
+
+def _carrying(task: PathTask, turns: Array) -> Iterable[Found]:
+    """All four-bars through five positions that need not be taken apart, in closed form."""
+    for f in leading_fourbars(task.targets, turns):
+        row, mode, t = leading_row(f, task.targets, turns)
+        if f.same_mode and widest(row) <= task.size:
+            start = task.begun(FOUR, Fitted(row[None], np.array([mode]), t[None], np.zeros(1)))
+            yield start.rows[0], mode, t

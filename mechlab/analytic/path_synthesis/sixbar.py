@@ -24,6 +24,7 @@ from mechlab.analytic.path_synthesis.curves import (
     Array,
     Complex,
     CurvePoints,
+    Spins,
     complex_at,
     points,
     spins,
@@ -54,7 +55,7 @@ class SixbarPoints:
 
 @dataclass(frozen=True)
 class Sixbar:
-    """Six-bars as a `Curve`. on_rocker: S is a point of the rocker."""
+    """Six-bars as a `LinkCurve`. on_rocker: S is a point of the rocker."""
 
     on_rocker: bool = False
     lengths: tuple[int, ...] = (COUPLER, LINK, ROD, ARM)
@@ -80,6 +81,15 @@ class Sixbar:
 
     def slopes(self, x: Array, found: SixbarPoints, t: Array) -> tuple[Complex, Complex]:
         """Derivatives of Q by the eighteen numbers, (..., n, 18), and by the crank angle, (..., n)."""
+        of_p, turned, p_rate, turn_rate = self.spins(x, found, t)
+        v, q = found.turn, complex_at(x, TIP)
+        out = of_p + (1j * q * v)[..., None] * turned
+        out[..., TIP] += v
+        out[..., TIP + 1] += 1j * v
+        return out, p_rate + 1j * q * v * turn_rate
+
+    def spins(self, x: Array, found: SixbarPoints, t: Array) -> Spins:
+        """Derivatives of P and of the angle of the link by the eighteen numbers, (..., n, 18), and by the crank angle, (..., n)."""
         base = found.base
         of_pin, spin, pin_rate, spin_rate = spins(x[..., :SIZES], base, 0.0, t)
         u, p, b, c = base.turn, complex_at(x, 10), x[..., COUPLER, None], x[..., LINK, None]
@@ -104,7 +114,7 @@ class Sixbar:
             s_rate = s * (pin_rate + 1j * b * u * spin_rate) / c
         else:
             of_s[..., PIVOT], of_s[..., PIVOT + 1] = 1.0, 1j
-        v, rod, q = found.turn, x[..., ROD, None], complex_at(x, TIP)
+        v, rod = found.turn, x[..., ROD, None]
         arm = base.point + rod * v - found.pivot
         lever = np.real(np.conj(arm) * 1j * rod * v)
         moved = of_p - of_s
@@ -114,10 +124,7 @@ class Sixbar:
         with np.errstate(invalid="ignore", divide="ignore"):
             turned = stretch / lever[..., None]
             turn_rate = -np.real(np.conj(arm) * (p_rate - s_rate)) / lever
-        out = of_p + (1j * q * v)[..., None] * turned
-        out[..., TIP] += v
-        out[..., TIP + 1] += 1j * v
-        return out, p_rate + 1j * q * v * turn_rate
+        return of_p, turned, p_rate, turn_rate
 
     def widest(self, x: Array) -> Array:
         """The longest bar of each linkage (...), with their points, and the distances of the pivots."""

@@ -1,4 +1,4 @@
-"""Six-bars whose point passes through given points in their order: Stephenson's third chain and Watt's first.
+"""Six-bars whose point passes through given points in their order, or whose link guides a body: Stephenson's third chain and Watt's first.
 
 For given crank angles t, a four-bar in its unit (crank 1), a coupler point p and a dyad on it the point is
 
@@ -19,6 +19,7 @@ import numpy as np
 from mechlab.analytic.path_synthesis.atlas import starts
 from mechlab.analytic.path_synthesis.curves import COUPLER, LINK, Array, Complex, points
 from mechlab.analytic.path_synthesis.fit import Fitted, Limits, fit
+from mechlab.analytic.path_synthesis.guided_body import missed_arrows
 from mechlab.analytic.path_synthesis.path import suited, timings
 from mechlab.analytic.path_synthesis.sixbar import Sixbar, link_turn
 from mechlab.analytic.path_synthesis.task import PathLinkage, PathTask, best, joined, judged, one_by_one, ordered
@@ -38,6 +39,11 @@ SPARE = np.radians(0.5)
 ROUNDS = 25, 80, 400
 """Rounds of the least squares before each of these choices, and in the end."""
 CHAINS = (Sixbar(), Sixbar(on_rocker=True))
+EXACT_POSITIONS = 8
+"""Positions of a body that Watt's chain may meet exactly: 17 numbers and seven crank angles, three equations a position (Plecnik, McCarthy
+and Wampler 2014)."""
+PATIENT, LAST = 8, 1500
+"""Six-bars of Watt's chain that are moved on, and for so many rounds, up to that many positions: their equations are nearly singular."""
 
 
 def path_sixbars(
@@ -58,8 +64,11 @@ def path_sixbars(
             continue
         found = best(joined(begun), task, round(BEGUN * fewer))
         for rounds, kept in counted(list(zip(ROUNDS, (MOVED, KEPT, KEPT), strict=True)), part(share, 40, 100)):
-            found = best(fit(task.targets, found, curve, task.timed, limits, rounds), task, max(6, round(kept * fewer)))
-        out += [judged(f, curve, task) for f in one_by_one(found)]
+            found = best(fit(task.aims, found, task.curve(curve), task.timed, limits, rounds), task, max(6, round(kept * fewer)))
+        if task.arrows is not None and curve.on_rocker and len(task.targets) <= EXACT_POSITIONS:
+            last = fit(task.aims, best(found, task, PATIENT), task.curve(curve), task.timed, limits, LAST)
+            found = best(joined([last, found]), task, KEPT)
+        out += [judged(f, task.curve(curve), task) for f in one_by_one(found)]
     return ordered(out, task)
 
 
@@ -73,7 +82,7 @@ def _shapes(task: PathTask, base: Sequence[PathLinkage], progress: Callable[[int
     each, few = max(2, SHAPES // len(guesses)), suited(task)
     out = [(f.row, f.mode, f.angles) for f in base if np.all(np.isfinite(f.distances))][: SHAPES // 2]
     for t in counted(guesses, progress):
-        found = starts(task.targets[few], t[few], each, np.sin(task.least))
+        found = starts(task.targets[few], t[few], each, np.sin(task.least), None if task.arrows is None else task.arrows[few])
         out += [(row, int(mode), t) for row, mode in zip(found.rows, found.modes, strict=True)]
     return out
 
@@ -101,6 +110,8 @@ def _begun(task: PathTask, curve: Sixbar, shape: Shape, limits: Limits, dyads: i
     v, sine = link_turn(between, rod[:, None], arm[:, None], side[:, None])
     n = len(t)
     placed, missed = _placed(task.targets, first[:, :n], v[:, :n])
+    if task.arrows is not None:
+        missed = missed + missed_arrows(v[:, :n], task.arrows)
     flat = ~(np.minimum(np.min(np.abs(sine), axis=1), np.min(np.abs(at.margin))) >= limits.least)
     k = np.argsort(np.where(flat, np.inf, missed))[:EACH]
     k = k[np.isfinite(missed[k]) & ~flat[k]]
@@ -111,7 +122,7 @@ def _begun(task: PathTask, curve: Sixbar, shape: Shape, limits: Limits, dyads: i
     found = np.stack([part for z in numbers for part in (z.real, z.imag)], axis=-1)
     fine = curve.widest(found) <= task.size
     angles = np.broadcast_to(t, (int(np.count_nonzero(fine)), n))
-    return Fitted(found[fine], (mode + 2 * side[k])[fine], angles, missed[k][fine])
+    return task.begun(curve, Fitted(found[fine], (mode + 2 * side[k])[fine], angles, missed[k][fine]))
 
 
 def _placed(targets: Complex, first: Complex, turn: Complex) -> tuple[Complex, Array]:

@@ -1,14 +1,15 @@
-"""What a path task demands, and what its answers have in common: how they are followed, told apart and put in order."""
+"""What a path task, or a motion task, demands, and what its answers have in common: how they are followed, told apart and ordered."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mechlab.analytic.path_synthesis.curves import Array, Complex, Curve
+from mechlab.analytic.path_synthesis.curves import Array, Complex, Curve, LinkCurve
 from mechlab.analytic.path_synthesis.fit import Fitted, Limits
+from mechlab.analytic.path_synthesis.guided_body import GuidedBody
 from mechlab.errors import MechlabError
 
 EXACT = 1e-9
@@ -22,20 +23,25 @@ OVER = np.radians(15.0)
 @dataclass(frozen=True)
 class PathTask:
     """Points (n,) as x + i y [m] in their order; timing: crank angles (n,) [rad], or None where they are free; size: longest bar [m];
-    least: smallest angle between coupler and link [rad]. Raises MechlabError for points that coincide or are not finite, and for crank
-    angles that do not grow, or fall, within a turn."""
+    least: smallest angle between coupler and link [rad]. turns: angles (n,) of a body [rad] whose origin is to be at the points, None where
+    a point is all that is wanted; arm: length by which an error of these angles counts [m], 0: half the extent of the points.
+
+    Raises MechlabError for points, or positions, that coincide or are not finite, and for crank angles that do not grow, or fall, within
+    a turn."""
 
     targets: Complex
     timing: Array | None
     size: float
     least: float = 0.0
+    turns: Array | None = None
+    arm: float = 0.0
 
     def __post_init__(self) -> None:
-        p, t = self.targets, self.timing
-        if not np.all(np.isfinite(p)) or (t is not None and not np.all(np.isfinite(t))):
-            raise MechlabError("path synthesis: points and crank angles must be finite numbers.")
-        for k in np.flatnonzero(np.abs(np.diff(p)) <= 1e-9 * self.extent):
-            raise MechlabError(f"path synthesis: points {k + 1} and {k + 2} are the same.")
+        t, what = self.timing, "path synthesis: points" if self.turns is None else "motion synthesis: positions"
+        if not np.all(np.isfinite(self.aims)) or (t is not None and not np.all(np.isfinite(t))):
+            raise MechlabError(f"{what} and crank angles must be finite numbers.")
+        for k in np.flatnonzero(self.ways <= 1e-9 * self.extent):
+            raise MechlabError(f"{what} {k + 1} and {k + 2} are the same.")
         if t is not None and (np.ptp(np.sign(np.diff(t))) > 0.0 or t[0] == t[1] or np.ptp(t) > 2.0 * np.pi + 1e-9):
             raise MechlabError("path synthesis: the crank angles must grow, or fall, from point to point, within one turn.")
 
@@ -43,6 +49,35 @@ class PathTask:
     def extent(self) -> float:
         """Twice the largest distance of a point from the middle of all [m]."""
         return 2.0 * float(np.max(np.abs(self.targets - self.targets.mean())))
+
+    @property
+    def arrows(self) -> Complex | None:
+        """Directions (n,) of the body, of the length of the arm; None where there is no body."""
+        return None if self.turns is None else (self.arm or 0.5 * self.extent) * np.exp(1j * self.turns)
+
+    @property
+    def aims(self) -> Complex:
+        """What a curve is to meet: points (n,), or positions (n, 2) as `guided_body` has them."""
+        arrows = self.arrows
+        return self.targets if arrows is None else np.stack([self.targets, arrows], axis=-1)
+
+    @property
+    def ways(self) -> Array:
+        """How far each is from the one before (n - 1,) [m]."""
+        gap = np.diff(self.aims, axis=0)
+        return np.asarray(np.linalg.norm(gap.reshape(len(gap), -1), axis=1))
+
+    def curve(self, base: LinkCurve) -> Curve:
+        """The kind of linkage as it is to meet them."""
+        arrows = self.arrows
+        return base if arrows is None else GuidedBody(base, abs(arrows[0]))
+
+    def begun(self, base: LinkCurve, start: Fitted) -> Fitted:
+        """Starts with the body fixed to its link as it suits best."""
+        arrows = self.arrows
+        if arrows is None:
+            return start
+        return replace(start, rows=GuidedBody(base, abs(arrows[0])).aligned(start.rows, start.modes, start.angles, arrows))
 
     @property
     def limits(self) -> Limits:
@@ -58,9 +93,9 @@ class PathTask:
 @dataclass(frozen=True)
 class PathLinkage:
     """A linkage: its kind, its row and mode (`curves`, `sixbar`), crank angles (n,) of the points, counted from the crank's direction in
-    the row, distances (n,) from the points [m], least angle between coupler and link, of both dyads of a six-bar, on the way [rad],
-    whether the crank turns fully. defect: "", "branch" (it does not get from the first point to the last without being taken apart) or
-    "order"."""
+    the row, distances (n,) from the points [m], or (n, 2) from the places and arrows of a body (`guided_body`), least angle between
+    coupler and link, of both dyads of a six-bar, on the way [rad], whether the crank turns fully. defect: "", "branch" (it does not get
+    from the first point to the last without being taken apart) or "order"."""
 
     curve: Curve
     row: Array
@@ -115,7 +150,7 @@ def judged(found: Found, curve: Curve, task: PathTask, near: float = 1.0) -> Pat
     row, mode, t = found
     way, turn = np.linspace(t[0], t[-1], DENSE), np.linspace(0.0, 2.0 * np.pi, DENSE)
     at, path, round_ = (curve.points(row[None], np.array([mode]), x[None]) for x in (t, way, turn))
-    distances = np.abs(at.point[0] - task.targets)
+    distances = np.abs(at.point[0] - task.aims)
     assembles = bool(np.all(np.isfinite(path.margin)))
     # a four-bar that meets one of five points in its other mode closes there, but elsewhere
     reached = assembles and bool(np.max(distances) <= near * task.extent)

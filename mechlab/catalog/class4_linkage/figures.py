@@ -107,8 +107,11 @@ def step_10() -> Drawing:
         slot = np.maximum(found.chosen, 0)[:, None]
         det = np.take_along_axis(found.modes.det, slot, axis=1)[:, 0]
         label, style = (f"BC = {length:g} m, as printed", "thick") if k == 0 else (f"BC = {length:g} m", "solid")
-        curves.append(Curve(np.degrees(DENSE), det, label, style, k))
         gaps = [[float(np.degrees(low)), float(np.degrees(high))] for low, high in arcs(p)]
+        edges = [edge for gap in gaps for edge in gap]
+        angle, det = np.append(np.degrees(DENSE), edges), np.append(det, np.zeros(len(edges)))
+        order = np.argsort(angle, kind="stable")
+        curves.append(Curve(angle[order], det[order], label, style, k))
         readings.append(Reading(f"crank angles without a position, BC = {length:g} m", "-", gaps or "none", "deg" if gaps else ""))
     fold = assur.folds(family(replace(PRINTED, BC=0.27)))[0]
     where = float(np.degrees(fold.crank))

@@ -224,7 +224,7 @@ def _crossing() -> Panel:
         Curve(t, powers[:, 1] / 1e3, "power taken by the load:  M_H2 w_H2,  M_H2 = 200 N m", "solid", RED),
     ]
     dots = engine_dots(t)
-    for who, text, style in (("mujoco", "MuJoCo", "crosses"), ("pinocchio", "Pinocchio", "dots")):
+    for who, text, style in (("mujoco", "MuJoCo", "crosses"), ("pinocchio", "Pinocchio", "rings")):
         times, inward, outward = dots[who].T
         curves.append(Curve([times, times], np.array([inward, outward]) / 1e3, f"{text}, simulated", style, BLACK))
     note = Note(
@@ -277,9 +277,9 @@ def _ratios() -> Panel:
             Curve(*dots, "the same in MuJoCo", "crosses", BLACK),
         ),
         notes=(
-            Note(f"output stalls\nat {stall:.2f}", stall + 0.03, 5.0),
+            Note(f"drag on the housing:\noutput stalls at {stall:.2f}", 2.2, 8.6),
             Note("balanced at this one load,\nelse it accelerates", 1.3, 2.55, (locked, locked)),
-            Note("drag between the blocks alone:\nsteady at load ratio 1 only", 1.06, 0.12, (1.0, 0.6)),
+            Note("drag between the blocks alone:\nsteady at load ratio 1 only", 1.5, 0.25, (1.0, 1.2)),
         ),
         x_range=(0.0, 3.0), y_range=(0.0, 10.5),
     )  # fmt: skip

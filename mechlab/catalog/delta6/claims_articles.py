@@ -142,12 +142,12 @@ def _laws(form: Algebra, x: Array, y: Array, z: Array) -> Iterator[tuple[str, Ar
 
 @ALGEBRAS.claim(
     "C53", "abstract, continuous functions",
-    "On the classes of continuous functions with the same sign a Boolean algebra can be built that is isomorphic to the "
-    "algebra of sets.", "isomorphic",
+    "On classes of equivalent continuous functions a Boolean algebra can be built that is isomorphic to that of the sets of space.",
+    "isomorphic",
     fails("{wrong} signs break a law", when=true("wrong")),
     holds(when=none("points of f and of not f")),
     only_if("sets are counted alike that differ on the border f = 0: {{f >= 0}} is closed, {{-f >= 0}} is too, and both have "
-            "the border; the complement of a closed set is open"),
+            "the border; the complement of a closed set is open. Equivalent is read as of the same sign: the scan ends before it is said"),
 )  # fmt: skip
 def boolean_algebra() -> Evidence:
     """The laws of a Boolean algebra on signs, with min and max and with R-functions; and the complement on the border."""

@@ -140,7 +140,7 @@ def _coupling(which: int) -> dict[str, float]:
 
 @LEDGER.claim(
     "C06", "chapter 2 and conclusion 2, head centre",
-    "Translations and rotations are kinematically decoupled (said of O).", "no relation",
+    "The kinematic decoupling leaves translations and rotations without relation (read of O).", "no relation",
     holds("for O, where the three axes of the head meet", when=below(1e-12, "*: largest cross rate")),
     fails("sliders and angles of the head are coupled"),
 )  # fmt: skip

@@ -50,7 +50,7 @@ def _gears(s: float) -> tuple[Curve, ...]:
     phase = turn - 0.5 * math.pi / TEETH
     out = []
     for x, at, color in ((-PRINTED_RADIUS, phase, 0), (PRINTED_RADIUS, external_phase(TEETH, phase, TEETH), 4)):
-        outline = spur_outline(teeth, at) + np.array([x, 0.0])
+        outline = spur_outline(teeth, at, finer=6) + np.array([x, 0.0])
         outline = np.concatenate([outline, outline[:1]])
         near = (np.abs(outline) < 2.0 * WINDOW[1]).all(axis=1)
         outline = np.where(near[:, None], outline, np.nan)

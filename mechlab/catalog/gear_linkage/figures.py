@@ -197,7 +197,7 @@ def _engagement() -> Panel:
         f"A dry clutch closes: {_lost():.3g} J are lost", "time [ms]", "speed [rad/s]",
         (Curve(1e3 * t, slow, "main shaft with flywheel", "solid", BLUE), Curve(1e3 * t, fast, "crankshaft with the knives", "thick", TEAL),
          Curve([1e3 * run.t] * 2, found, "MuJoCo", "crosses", BLACK)),
-        notes=(Note(f"slips for {1e3 * slip:.2g} ms\nwith {p.clutch:g} N m", 5.5, 2.2, (1e3 * slip, 4.0)),), y_range=(0.0, 7.0),
+        notes=(Note(f"slips for {1e3 * slip:.2g} ms\nwith {p.clutch:g} N m", 5.5, 2.2, (1e3 * slip, float(slow[-1]))),), y_range=(0.0, 7.0),
     )  # fmt: skip
 
 

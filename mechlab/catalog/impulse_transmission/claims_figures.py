@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from mechlab.analytic.impulse import Impulse, periodic_orbit
+from mechlab.analytic.impulse import Impulse, harmonic_amplitudes, periodic_orbit
 from mechlab.catalog.impulse_transmission.claims import LEDGER
 from mechlab.catalog.impulse_transmission.questions import closing
 from mechlab.catalog.impulse_transmission.ratio import AXES, CANDIDATES, fits
@@ -118,12 +119,16 @@ def figures_8_and_9() -> Evidence:
 
 
 @LEDGER.claim(
-    "M16", "lists of parameters", "The ratio q, a damaged fraction with a 4 above the line.", "4/5 or 4/3",
+    "M16", "lists of parameters", "The ratio q: a fraction that the scan shows as 4 over 5 in two of three lists, as g in the third.",
+    "4/5, g, 4/5",
     holds("q = {best}: it alone fits all readable axes", when=equals("fitting_all", 1)),
-    unreadable("undecided: no candidate fits the axes of figures 2, 4, 5 and 7 together. q = {best} leaves least ({least:.2g} of an "
+    unreadable("undecided: with 4/5, which is b/k, D1 and D3 vanish, though the paper gives (7) three harmonics. No candidate fits the "
+               "axes of figures 2, 4, 5 and 7 together. q = {best} leaves least ({least:.2g} of an "
                "axis), but its loop of figure 7 is {loop:.2g} times too large; without figure 2, whose numbers may have lost digits, "
                "q = {other} leaves least ({least_without:.2g}). Of the fractions with a 4 only {with_4} fits figure 7: it is the default. "
-               "M1 before Mn, as the lists are read, fits figure 2 better than exchanged for {better} of {count} candidates"),
+               "M1 before Mn, as the lists are read, fits figure 2 better than exchanged for {better} of {count} candidates",
+               when=below(1e-12, "third_with_4_5")),
+    fails("with q = 4/5 formula (7) has three harmonics, and no candidate fits the axes of figures 2, 4, 5 and 7 together"),
 )  # fmt: skip
 def ratio() -> Evidence:
     """Misfit of each candidate and order of the torques: figures 2, 4, 5, 7, all, and all but figure 2."""
@@ -131,11 +136,14 @@ def ratio() -> Evidence:
     for f in fits():
         computed[f"q = {f.q}, {f.order}: misfit of figures 2, 4, 5, 7"] = list(f.misfits.values())
         computed[f"q = {f.q}, {f.order}: root mean square, and without figure 2"] = [f.total, f.without("figure 2")]
+    readable = harmonic_amplitudes(replace(FIGURE_7, q=4 / 5), SPEED, "printed")
+    computed["q = 4/5: printed amplitudes of the three harmonics, figure 7 [rad]"] = list(readable)
     best, other = fits()[0], min(fits(), key=lambda f: f.without("figure 2"))
     second = {(f.q, f.order_exchanged): f.misfits["figure 2"] for f in fits()}
     with_4 = sorted({f.q for f in fits() if f.q.startswith("4/") and f.misfits["figure 7"] == 0.0})
     return evidence(
         computed, best=best.q, least=best.total, other=other.q, least_without=other.without("figure 2"),
+        third_with_4_5=abs(readable[2]),
         with_4=" or ".join(with_4) or "none", better=sum(second[q, False] < second[q, True] for q in CANDIDATES), count=len(CANDIDATES),
         fitting_all=sum(f.total == 0.0 for f in fits()), loop=best.ranges["figure 7"][1] / (AXES["figure 7"].high + AXES["figure 7"].step),
     )  # fmt: skip

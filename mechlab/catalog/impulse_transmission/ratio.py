@@ -1,6 +1,7 @@
 """Which ratio q the source drew its figures with: motions of every candidate against the readable numbers on the axes.
 
-The fraction q is damaged in the scan: a 4 stands above the line in two of three sets, below it an OCR reads 5, g and 5. Axes are
+The fraction q is damaged in the scan: it shows 4 over 5 in two of three sets, one sign like a g in the third; 4/5 itself is b/k, which
+leaves (7) without its third harmonic. Axes are
 drawn to fit their curves, so the outermost number of an axis is closer to the end of the curve than one step of the grid. The misfit of
 an axis end is how much farther the curve ends, over the span of the axis. Both orders of the torques M1 and Mn are tried, and for figure 4,
 whose initial angle has lost its comma, every initial phase; figure 5 has no initial state, so its steady motion is taken, by the motor's

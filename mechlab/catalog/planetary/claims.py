@@ -103,21 +103,24 @@ def lower_bound() -> Evidence:
 
 
 @LEDGER.claim(
-    "Y5", "after (5)", "0.8 <= t <= 1.2 means pressure angles of 20 to 44 deg, as the scan shows it", "20 deg ... 44 deg",
+    "Y5", "after (5)", "0.8 <= t <= 1.2 means pressure angles of 20 to 44 deg in the first stage, or 40 to 20 deg in the second, "
+    "as the scan shows it",
+    "20 deg ... 44 deg, 40 deg ... 20 deg",
     holds(when=near("arccos(0.8 cos 20 deg) [deg]", 0.5, of=44.0)),
-    unreadable("41, as cos a / cos 20 deg = 0.8 at {angle:.2f} deg; the scan shows one of its digits twice",
+    unreadable("41 for 44, as cos a / cos 20 deg = 0.8 at {angle:.2f} deg; the scan shows one of its digits twice. 40 is {other:.2f} deg, "
+               "rounded or damaged too",
                when=near("arccos(0.8 cos 20 deg) [deg]", 0.5, of=41.0)),
     fails("t = 0.8 is {angle:.2f} deg"),
 )  # fmt: skip
 def range_of_angles() -> Evidence:
-    """The pressure angle that belongs to t = 0.8."""
+    """The pressure angles that belong to t = 0.8 and 1.2."""
     standard = math.cos(closed_form.STANDARD)
-    angle = math.degrees(math.acos(0.8 * standard))
+    angle, other = math.degrees(math.acos(0.8 * standard)), math.degrees(math.acos(standard / 1.2))
     return evidence({
         "arccos(0.8 cos 20 deg) [deg]": angle,
         "an angle a with cos 20 deg = 0.8 cos a exists": standard / 0.8 <= 1.0,
-        "angle a with cos 20 deg = 1.2 cos a [deg]": math.degrees(math.acos(standard / 1.2)),
-    }, angle=angle)  # fmt: skip
+        "angle a with cos 20 deg = 1.2 cos a [deg]": other,
+    }, angle=angle, other=other)  # fmt: skip
 
 
 @LEDGER.claim(

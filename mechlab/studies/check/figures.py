@@ -28,6 +28,7 @@ PRINTED, INK, FAINT = "#c1121f", "#1b2330", "#5b6470"
 LOOKS: dict[str, dict[str, Any]] = {
     "solid": {"lw": 1.3}, "thick": {"lw": 2.4}, "thin": {"lw": 0.6}, "dashed": {"lw": 1.3, "ls": (0, (5, 3))},
     "dotted": {"lw": 1.3, "ls": (0, (1, 2))}, "dots": {"ls": "", "marker": ".", "ms": 2.2}, "crosses": {"ls": "", "marker": "x", "ms": 6.0},
+    "rings": {"ls": "", "marker": "o", "mfc": "none", "ms": 8.0},
 }  # fmt: skip
 WIDTH, HEIGHT, DPI = 10.0, 4.8, 100
 """Size of a picture [inch] with one row of panels, and its pixels per inch: legible on a sheet without a click."""
@@ -149,6 +150,16 @@ def _picture(figure: SourceFigure, drawing: Drawing) -> Any:
         axes.remove()
     if drawing.text:
         picture.supxlabel(fill(drawing.text, int(width * 15)), fontsize=9, color=FAINT, x=0.01, ha="left")
+    points = [
+        (axes, mark.text, (mark.x, mark.y))
+        for axes, panel in zip(picture.axes, drawing.panels, strict=True)
+        for mark in panel.marks
+        if mark.x is not None and mark.y is not None
+    ]
+    if points:
+        picture.draw_without_rendering()  # the words below take sides by where the layout puts the curves
+    for axes, words, point in points:
+        _write_at_point(axes, words, point)
     return picture
 
 
@@ -165,8 +176,7 @@ def _draw_panel(axes: Any, panel: Panel, columns: int) -> None:
     _draw_printed(axes, panel)
     for note in panel.notes:
         arrow = {"arrowprops": {"arrowstyle": "->", "color": FAINT}} if note.to else {}
-        put = axes.annotate(note.text, note.to or (note.x, note.y), (note.x, note.y), fontsize=8.5, color=INK, **arrow)
-        _set_off(put)
+        _write(axes, note.text, note.to or (note.x, note.y), (note.x, note.y), INK, arrow)
     axes.set_title(panel.title, fontsize=10, loc="left")
     axes.set(xlabel=panel.x, ylabel=panel.y)
     for side in "xy":
@@ -185,9 +195,39 @@ def _draw_panel(axes: Any, panel: Panel, columns: int) -> None:
         axes.legend(fontsize=8.5, frameon=False, loc="upper left", bbox_to_anchor=(-0.02, -0.13), ncols=columns)
 
 
-def _set_off(text: Any) -> None:
-    """Words in a panel stand on white, in front of its curves, and do not move it."""
-    text.set(in_layout=False, zorder=5.0, bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6})
+def _write(axes: Any, words: str, to: tuple[Any, Any], where: tuple[float, float], color: str, how: dict[str, Any]) -> None:
+    """Words in front of the curves, which do not move the panel, over their own shape in wider white letters, which hide little of a curve
+    (as an effect of the words themselves these would not be text in an .svg)."""
+    from matplotlib.patheffects import Stroke
+
+    under = {k: v for k, v in how.items() if k != "arrowprops"}
+    put = axes.annotate(words, to, where, fontsize=8.5, color="white", **under)
+    put.set(in_layout=False, zorder=4.9, path_effects=[Stroke(linewidth=2.5, foreground="white")])
+    axes.annotate(words, to, where, fontsize=8.5, color=color, **how).set(in_layout=False, zorder=5.0)
+
+
+def _write_at_point(axes: Any, words: str, point: tuple[float, float]) -> None:
+    """Words at a printed point, on that of its four sides where they hide least of the curves; right above it where this is equal."""
+    pixel = DPI / 72.0
+    width, height = pixel * (5.0 * len(words) + 4.0), pixel * 12.0
+    middle = axes.transData.transform(point)
+    frame = axes.transAxes.transform([(0.0, 0.0), (1.0, 1.0)])
+    dense = [np.empty((0, 2))]
+    for line in axes.lines:
+        corners = line.get_transform().transform(line.get_xydata())
+        share = np.linspace(0.0, len(corners) - 1.0, max(len(corners), 500))
+        dense.append(np.column_stack([np.interp(share, np.arange(len(corners)), side) for side in corners.T]))
+    curves = np.vstack(dense)
+
+    def hidden(side: tuple[int, int]) -> float:
+        """Points of curves under the words, and much more where they leave the panel."""
+        box = np.sort([middle + pixel * 4.0 * np.array(side), middle + np.array(side) * (width, height)], axis=0)
+        outside = np.any(box[0] < frame[0]) or np.any(box[1] > frame[1])
+        return float(np.all((curves > box[0]) & (curves < box[1]), axis=1).sum()) + (1e6 if outside else 0.0)
+
+    right, up = min([(1, 1), (-1, 1), (1, -1), (-1, -1)], key=hidden)
+    how = {"textcoords": "offset points", "ha": "left" if right > 0 else "right", "va": "bottom" if up > 0 else "top"}
+    _write(axes, words, point, (4.0 * right, 4.0 * up), PRINTED, how)
 
 
 def _draw_curve(axes: Any, curve: Curve, color: str) -> None:
@@ -210,8 +250,8 @@ def _draw_printed(axes: Any, panel: Panel) -> None:
         label = None
         where = (mark.x if mark.x is not None else 0.01, mark.y if mark.y is not None else 0.02)
         across = axes.get_yaxis_transform() if mark.x is None else axes.get_xaxis_transform() if mark.y is None else axes.transData
-        put = axes.annotate(mark.text, where, (4, 4), xycoords=across, textcoords="offset points", fontsize=8.5, color=PRINTED)
-        _set_off(put)
+        if across is not axes.transData:
+            _write(axes, mark.text, where, (4, 4), PRINTED, {"xycoords": across, "textcoords": "offset points"})
     for ticks, across, marker in (
         (panel.printed_x, axes.get_xaxis_transform(), 2), (panel.printed_y, axes.get_yaxis_transform(), 1),
     ):  # fmt: skip

@@ -184,6 +184,7 @@ def run_cycle(
     output: str | None = None,
     points: int = POINTS,
     span: tuple[float, float] | None = None,
+    only: Collection[str] | None = None,
 ) -> CycleResult:
     """A cycle of a mechanism with one freedom, from its reference pose, at `points` equal steps of the drive.
 
@@ -191,6 +192,7 @@ def run_cycle(
     crank), X_force: constant loads on joints or shafts. drive: default the joint of the first Drive, else the first
     that turns fully. output: the joint that carries the load of the transmission angle. span: first and last position
     of the drive [rad or m], default a full turn, or the range between the limit positions less 1 % at each end.
+    only: the columns that are needed; others may be left out, and no engine compares forces then.
 
     Columns: X, X_rate, X_accel of joints and shafts; DRIVE_force; of every loop and joint _fx _fy _fz _mx _my _mz (on
     the body from its parent, about the joint, world axes; loops: on body b) and _reaction, the size of the force;
@@ -212,6 +214,8 @@ def run_cycle(
     poses = path.at_all(phis)
     aim = outputs(m, path.coordinate, poses, output)
     course = Course(path, rate, accel, load, aim)
+    if only is not None:
+        return CycleResult(m, name or m.name, path.coordinate, aim or "", course.columns(phis, only), {}, course=course)
     found = course.sample(phis)
     columns, units, normal = found.columns, found.units, course.normal
     zero = tuple(n for n, x in columns.items() if _vanishes(n, x, m))

@@ -15,8 +15,10 @@ from mechlab.engines.own.closed_path import PathPoint
 from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
 from mechlab.mechanism import GROUND, Mechanism, TreeKinematics
-from mechlab.mechanism.geometry import Array, cross
+from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.length_unit import is_length
+from mechlab.mechanism.many_motion import ManyMotion
+from mechlab.mechanism.many_poses import ManyPoses
 
 PARTS = ("fx", "fy", "fz", "mx", "my", "mz")
 COMPARED = 9
@@ -79,20 +81,20 @@ MANY = 7
 def shaking(m: Mechanism, q: Array, v: Array, a: Array) -> tuple[Array, Array]:
     """(n, 3) force [N] and (n, 3) moment [N m] about the world's origin that the inertia of all bodies exerts on the
     ground: minus the rates of momentum and angular momentum. Weight is not in it; shafts and armatures are not."""
-    tree = TreeKinematics(m)
     force, moment = np.zeros((len(q), 3)), np.zeros((len(q), 3))
-    massive = [b for b in m.bodies if b.inertia.mass > 0.0]
-    for k in range(len(q)):
-        tree.set(q[k], v[k])
-        for body in massive:
-            rotation, origin = tree.pose(body.name)
-            com = origin + rotation @ np.array(body.inertia.com)
-            motion = tree.bias(body.name, com) + tree.jacobian(body.name, com) @ a[k]
-            spin = tree.velocity(body.name, com)[3:]
-            tensor = rotation @ body.inertia.matrix() @ rotation.T
-            f = body.inertia.mass * motion[:3]
-            force[k] -= f
-            moment[k] -= cross(com, f) + tensor @ motion[3:] + cross(spin, tensor @ spin)
+    poses = ManyPoses(m).set(q)
+    moving, gaining = ManyMotion(poses, v), ManyMotion(poses, a)
+    for body in (b for b in m.bodies if b.inertia.mass > 0.0):
+        rotation, origin = poses.frame(body.name)
+        com = origin + rotation @ np.array(body.inertia.com)
+        velocity, bias = moving.point(body.name, com)
+        motion = bias + gaining.point(body.name, com)[0]
+        tensor = rotation @ body.inertia.matrix() @ rotation.transpose(0, 2, 1)
+        spin = velocity[:, 3:]
+        momentum, gain = (np.einsum("kij,kj->ki", tensor, x) for x in (spin, motion[:, 3:]))
+        f = body.inertia.mass * motion[:, :3]
+        force -= f
+        moment -= np.cross(com, f) + gain + np.cross(spin, momentum)
     return force, moment
 
 
@@ -119,19 +121,17 @@ def instant_centres(m: Mechanism, poses: Sequence[PathPoint], normal: Array) -> 
     pairs = [(a, b) for i, a in enumerate(names) for b in names[i + 1 :]]
     if len(moving) > MANY:
         pairs = [(GROUND, b) for b in moving]
-    tree = TreeKinematics(m)
-    out = {f"centre_{a}_{b}_{x}": np.full(len(poses), np.nan) for a, b in pairs for x in "xyz"}
-    for k, pose in enumerate(poses):
-        tree.set(pose.q, pose.u)
-        twist = {n: tree.velocity(n, np.zeros(3)) for n in names}
-        fastest = max(float(np.linalg.norm(t[3:])) for t in twist.values())
-        for a, b in pairs:
-            relative = twist[b] - twist[a]
-            w = float(relative[3:] @ normal)
-            if abs(w) > 1e-9 * max(fastest, 1e-300):
-                place = cross(normal, relative[:3]) / w
-                for i, letter in enumerate("xyz"):
-                    out[f"centre_{a}_{b}_{letter}"][k] = place[i]
+    motion = ManyMotion(ManyPoses(m).set(np.array([p.q for p in poses])), np.array([p.u for p in poses]))
+    twist = {n: motion.point(n, np.zeros((len(poses), 3)))[0] for n in names}
+    fastest = np.max([np.linalg.norm(t[:, 3:], axis=1) for t in twist.values()], axis=0)
+    out: dict[str, Array] = {}
+    for a, b in pairs:
+        relative = twist[b] - twist[a]
+        w = relative[:, 3:] @ normal
+        turning = np.abs(w) > 1e-9 * np.maximum(fastest, 1e-300)
+        place = np.full((len(poses), 3), np.nan)
+        place[turning] = np.cross(normal, relative[turning, :3]) / w[turning, None]
+        out |= {f"centre_{a}_{b}_{x}": place[:, i] for i, x in enumerate("xyz")}
     return out
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -94,6 +94,9 @@ def solve_regions(values: Mapping[str, Any]) -> Answers:
         sizes = ", ".join(f"{k}: {np.size(x)}" for k, x in numbers.items())
         raise MechlabError(f"{NAME}: the functions have values at unequal numbers of points ({sizes}).") from None
     answers = {who: ask(formula, numbers) for who, ask in QUESTION.witnesses.items()}
+    if "region" not in values:
+        first = next(iter(answers))
+        answers[first] = replace(answers[first], notes=(f"the region is {LAW_ON_TRIAL}, as none is given", *answers[first].notes))
     return Answers(QUESTION.name, answers, units=QUESTION.units, parameters={"region": formula.text}, given=numbers)
 
 

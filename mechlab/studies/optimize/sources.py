@@ -143,7 +143,7 @@ class CycleSource:
 
     def numbers(self, design: Design) -> dict[str, float]:
         """Their values."""
-        found = run_cycle(design.mechanism(None), design.name, self.motion, points=self.points)
+        found = run_cycle(design.mechanism(None), design.name, self.motion, points=self.points, only=[n.name for n in self.names])
         return {n.label: number_of_cycle(n, found) for n in self.names}
 
     def checked(self, design: Design) -> dict[str, dict[str, float]]:

@@ -1,4 +1,4 @@
-"""Synthesis of motions and paths: four-bars and geared five-bars through given positions or points."""
+"""Synthesis of paths: four-bars, geared five-bars and six-bars through given points; what motions share with them."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.analytic import burmester
 from mechlab.analytic.path_synthesis.curves import COUPLER, LINK, Array
+from mechlab.analytic.path_synthesis.guided_body import GuidedBody
 from mechlab.analytic.path_synthesis.path import path_fivebars, path_fourbars
 from mechlab.analytic.path_synthesis.sixbar import ARM, PIVOT, ROD, TIP, Sixbar, both_modes
 from mechlab.analytic.path_synthesis.sixbar_path import path_sixbars
@@ -18,7 +18,7 @@ from mechlab.mechanism.newton import Status
 from mechlab.progress import counted, part
 from mechlab.studies.synthesis.built import Built, led, rounded
 from mechlab.studies.synthesis.given import Given
-from mechlab.studies.synthesis.result import SynthesisResult, found_rows
+from mechlab.studies.synthesis.result import SynthesisResult
 
 NAMED = {"path_fourbar": "a four-bar", "path_fivebar": "a geared five-bar", "path_stephenson": "a Stephenson six-bar",
          "path_watt": "a Watt six-bar"}  # fmt: skip
@@ -26,45 +26,6 @@ POINTS = 200
 """Most points of a path."""
 CLOSE = 1e-7
 """Largest distance between what the engine reaches and the closed form, relative to the extent of the points: the solver's tolerance."""
-
-
-def motion(given: Given) -> SynthesisResult:
-    """Four-bars whose coupler passes through five positions exactly: see `mechlab.analytic.burmester`."""
-    five = burmester.POSITIONS
-    x, y = (given.numbers(k, "m", five, five) for k in ("x", "y"))
-    angles = given.numbers("angle", "rad", five, five)
-    places = np.array([complex(a, b) for a, b in zip(x, y, strict=True)])
-    found = burmester.leading_fourbars(places, angles)
-    solutions, commands = [], []
-    for f in found:
-        row: dict[str, Any] = {}
-        for name, dyad in (("driver", f.first), ("follower", f.second)):
-            row |= {f"{name}_pivot_x": dyad.pivot.real, f"{name}_pivot_y": dyad.pivot.imag, name: dyad.length}
-            row |= {f"{name}_pin_x": dyad.point.real, f"{name}_pin_y": dyad.point.imag}
-        solutions.append(row | {"coupler": f.coupler, "one_mode": f.same_mode})
-        if f.same_mode:
-            commands.append(_leading(f, places, np.array(angles)).command)
-    data = {"count": len(found), "solutions": solutions, "commands": commands}
-    if not found:
-        text = "no four-bar leads a body through these five positions: they have no real circle points; change one of them a little"
-        return SynthesisResult(given.task, Status.OUT_OF_REACH, text, data)
-    kept = sum(f.same_mode for f in found)
-    many = "1 four-bar passes" if len(found) == 1 else f"{len(found)} four-bars pass"
-    text = f"{many} through the five positions, {kept} of them without being taken apart; pins in the axes of the body"
-    return replace(found_rows(given.task, text, data, solutions), commands=tuple(commands))
-
-
-def _leading(f: burmester.LeadingFourbar, places: Array, angles: Array) -> Built:
-    """A four-bar of two dyads as the entry path_fourbar; its coupler point is the origin of the body."""
-    turns = np.exp(1j * angles)
-    pin, joint = places + turns * f.first.point, places + turns * f.second.point
-    crank = np.unwrap(np.angle(pin - f.first.pivot))
-    side = np.imag(np.conj(f.second.pivot - pin) * (joint - pin))[0]
-    span = f.second.point - f.first.point
-    point = -f.first.point * abs(span) / span
-    o, w, d = f.first.pivot, f.first.length, f.second.pivot
-    row = np.array([o.real, o.imag, w, 0.0, d.real, d.imag, 0.0, 0.0, f.coupler, f.second.length, point.real, point.imag])
-    return Built("path_fourbar", rounded(_parameters(row, 1 if side > 0 else -1, 0, crank)), crank)
 
 
 def path(given: Given) -> SynthesisResult:
@@ -84,10 +45,10 @@ def path(given: Given) -> SynthesisResult:
     limit, six = given.integer("limit", 3, 1, 50), given.six_bar()
     bars = path_fourbars(task, part(given.progress, 0, 30 if six else 50))
     found = path_sixbars(task, bars, progress=part(given.progress, 30, 90)) if six else bars
-    chosen, left_out = _kept(found, task)
+    chosen, left_out = kept(found, task)
     exact = bool(chosen) and float(np.max(chosen[0].distances)) < EXACT * extent
     if not exact and not six:
-        gears, more = _kept(path_fivebars(task, bars, part(given.progress, 50, 80)), task)
+        gears, more = kept(path_fivebars(task, bars, part(given.progress, 50, 80)), task)
         best = chosen[0].squares if chosen else np.inf
         chosen = [*chosen[:limit], *(g for g in gears if g.squares < 0.99 * best)][: 2 * limit]
         left_out = {k: n + more[k] for k, n in left_out.items()}
@@ -95,7 +56,7 @@ def path(given: Given) -> SynthesisResult:
     for f in counted(chosen, part(given.progress, 90 if six else 80, 100)):
         if len(solutions) == (limit if exact or six else 2 * limit):
             break
-        row = _verified(given, f, task)
+        row = verified(given, f, task)
         if row is None:
             left_out["engine"] += 1
         else:
@@ -105,7 +66,7 @@ def path(given: Given) -> SynthesisResult:
         return SynthesisResult(given.task, Status.OUT_OF_REACH, _out_of_reach(task, left_out), data)
     text = f"{NAMED[solutions[0]['entry']]} passes through the {len(x)} points {_how(solutions[0], exact)}"
     better = next((s for s in solutions if s["entry"] == "path_fivebar"), None)
-    if six and (four := _kept(bars, task)[0]):
+    if six and (four := kept(bars, task)[0]):
         better = {"entry": "path_fourbar", "worst": float(np.max(four[0].distances)), "squares": four[0].squares}
         data["best_fourbar"] = {k: better[k] for k in ("worst", "squares")}
     if better and better["entry"] != solutions[0]["entry"]:
@@ -130,41 +91,58 @@ def _out_of_reach(task: PathTask, left_out: Mapping[str, int]) -> str:
     )
 
 
-def _kept(found: Iterable[PathLinkage], task: PathTask) -> tuple[list[PathLinkage], dict[str, int]]:
+def kept(found: Iterable[PathLinkage], task: PathTask) -> tuple[list[PathLinkage], dict[str, int]]:
     """Those without a defect and with the wanted transmission angle, and how many were left out, by reason."""
     every = list(found)
     count = {k: sum(f.defect == k for f in every) for k in ("branch", "order")}
     fine = [f for f in every if not f.defect]
     # the fit keeps to the angle at the points; on the way between them it may be smaller by rounding of a limit
-    kept = [f for f in fine if f.least_transmission_angle >= task.least - 1e-9]
-    return kept, count | {"transmission_angle": len(fine) - len(kept), "engine": 0}
+    chosen = [f for f in fine if f.least_transmission_angle >= task.least - 1e-9]
+    return chosen, count | {"transmission_angle": len(fine) - len(chosen), "engine": 0}
 
 
-def _verified(given: Given, f: PathLinkage, task: PathTask) -> dict[str, Any] | None:
-    """The linkage as an entry, with what an engine measures at its points; None where the engine does not follow."""
-    crank = f.angles + float(np.angle(complex(f.row[2], f.row[3])))
-    if isinstance(f.curve, Sixbar):
-        entry, sizes = "path_watt" if f.curve.on_rocker else "path_stephenson", _six_parameters(f, crank)
+def verified(given: Given, f: PathLinkage, task: PathTask) -> dict[str, Any] | None:
+    """The linkage as an entry, with what an engine measures at its points, or positions; None where the engine does not follow."""
+    crank, body = f.angles + float(np.angle(complex(f.row[2], f.row[3]))), f.curve if isinstance(f.curve, GuidedBody) else None
+    base = body.base if body else f.curve
+    if isinstance(base, Sixbar):
+        entry, sizes = "path_watt" if base.on_rocker else "path_stephenson", _six_parameters(f, base, crank)
     else:
-        entry, sizes = "path_fivebar" if f.ratio else "path_fourbar", _parameters(f.row, f.mode, f.ratio, crank)
-    built = Built(entry, rounded(sizes), crank)
-    seen = led(given.find, built, ("P_x", "P_z"))
+        entry, sizes = "path_fivebar" if f.ratio else "path_fourbar", fourbar_parameters(f.row, f.mode, f.ratio, crank)
+    built, link = Built(entry, rounded(sizes), crank), "link_angle" if isinstance(base, Sixbar) else "coupler_angle"
+    seen = led(given.find, built, ("P_x", "P_z", *((link,) if body else ())))
     if seen is None:
         return None
     witness, values = seen
-    distances = np.abs(values["P_x"] + 1j * values["P_z"] - task.targets) if witness else f.distances
+    distances, turned = f.distances, f.row[-1] / body.arm if body else 0.0
+    if witness:
+        there = values["P_x"] + 1j * values["P_z"]
+        if body:
+            there = np.stack([there, body.arm * np.exp(1j * (values[link] + turned))], axis=-1)
+        distances = np.abs(there - task.aims)
     if np.max(np.abs(distances - f.distances)) > CLOSE * max(task.extent, float(np.max(np.abs(f.row)))):
         return None
-    facts = {
+    facts: dict[str, Any] = {
         "worst": float(np.max(distances)), "squares": float(np.sum(distances**2)),
         "least_transmission_angle": f.least_transmission_angle,
         "crank_turns": f.crank_turns, "crank_angles": crank.tolist(), "distances": distances.tolist(),
         "measured_by": witness or "closed form",
     }  # fmt: skip
+    if body:
+        off = angles_off(distances, body.arm)
+        facts |= {
+            "worst": float(np.max(distances[:, 0])), "worst_angle": float(np.max(off)), "distances": distances[:, 0].tolist(),
+            "angle_errors": off.tolist(), "body_from_link": turned,
+        }  # fmt: skip
     return replace(built, facts=facts).to_dict()
 
 
-def _parameters(row: Array, mode: int, ratio: int, crank: Sequence[float] | Array) -> dict[str, float | int]:
+def angles_off(distances: Array, arm: float) -> Array:
+    """Errors of the angle (n,) [rad] of a body from the distances (n, 2) of `PathLinkage`: chords of a circle of the arm."""
+    return np.asarray(2.0 * np.arcsin(np.clip(0.5 * distances[:, 1] / arm, 0.0, 1.0)))
+
+
+def fourbar_parameters(row: Array, mode: int, ratio: int, crank: Sequence[float] | Array) -> dict[str, float | int]:
     """Parameters of path_fourbar, or of path_fivebar where the ratio is not 0, from a row of `curves`."""
     o, w, d, v, p = (complex(row[k], row[k + 1]) for k in (0, 2, 4, 6, 10))
     ground = d - o
@@ -181,13 +159,13 @@ def _parameters(row: Array, mode: int, ratio: int, crank: Sequence[float] | Arra
     return place | gears | end
 
 
-def _six_parameters(f: PathLinkage, crank: Array) -> dict[str, float | int]:
+def _six_parameters(f: PathLinkage, base: Sixbar, crank: Array) -> dict[str, float | int]:
     """Parameters of path_stephenson, or of path_watt, from a row of `sixbar`."""
     mode, side = (int(m) for m in both_modes(np.array(f.mode)))
     s, q = (complex(f.row[k], f.row[k + 1]) for k in (PIVOT, TIP))
-    four = _parameters(f.row, mode, 0, crank)
+    four = fourbar_parameters(f.row, mode, 0, crank)
     on: dict[str, float | int] = {"joint": four["point"], "joint_angle": four["point_angle"]}
-    if isinstance(f.curve, Sixbar) and f.curve.on_rocker:
+    if base.on_rocker:
         on |= {"arm": abs(s), "arm_angle": float(np.angle(s))}
     else:
         on |= {"output_x": s.real, "output_y": s.imag}

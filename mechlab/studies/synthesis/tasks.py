@@ -12,12 +12,13 @@ from mechlab.progress import silent
 from mechlab.studies.synthesis.functions import function
 from mechlab.studies.synthesis.gears import closed_differential, gear_linkage, planetary
 from mechlab.studies.synthesis.given import Given
-from mechlab.studies.synthesis.linkages import motion, path
+from mechlab.studies.synthesis.linkages import path
+from mechlab.studies.synthesis.motions import motion
 from mechlab.studies.synthesis.result import SynthesisResult
 from mechlab.studies.synthesis.segments import dwell, straight_line
 
 TASKS: dict[str, tuple[tuple[str, ...], Callable[[Given], SynthesisResult]]] = {
-    "motion": (("x", "y", "angle"), motion),
+    "motion": (("x", "y", "angle", "chain", "arm", "size", "transmission_angle_min", "limit"), motion),
     "path": (("x", "y", "angle", "chain", "size", "transmission_angle_min", "limit"), path),
     "function": (
         ("x", "y", "points", "turn", "turn_out", "first", "first_out", "chain", "ratio", "transmission_angle_min", "ground", "limit"),

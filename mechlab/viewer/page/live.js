@@ -1,12 +1,13 @@
 // A live page: the server sends poses, which are shown at once, and says when it has another story, which replaces the one
-// that is shown, in the open page. Parameters are sent to the server, which builds the mechanism anew.
+// that is shown, in the open page, as soon as the reader has nothing in hand. Parameters are sent to the server, which builds the
+// mechanism anew.
 
 const RETRY = [500, 5000]; // ms between two attempts to reach a server that has gone: first, longest
 
 class Live {
   /** `replace(story, read, adopt)` puts another story into the page and hands its parts to `adopt`; `parts` are the present ones. */
   constructor(story, parts, replace) {
-    Object.assign(this, { replace, shown: story.live, controls: story.controls, typed: {}, sent: null, refused: "", pose: null, asked: false, wait: RETRY[0] });
+    Object.assign(this, { replace, shown: story.live, wanted: story.live, controls: story.controls, typed: {}, sent: null, refused: "", pose: null, asked: false, wait: RETRY[0] });
     this.adopt(parts);
     this.connect();
   }
@@ -27,7 +28,7 @@ class Live {
     if (message.type === "poses") { this.pose = message; this.show(); }
     if (message.type === "story") this.follow(message);
     if (message.type === "document") this.receive(message);
-    if (message.type === "built") { this.sent = null; this.refresh(); }
+    if (message.type === "built") { this.sent = null; this.refresh(); this.letGo(); }
     if (message.type === "refused") {
       this.typed = { ...this.sent, ...this.typed };
       this.sent = null;
@@ -37,30 +38,56 @@ class Live {
     }
   }
 
-  /** Asks for the story that the server shows now, unless it is the one shown here, or on its way. */
   follow({ session, number }) {
     this.wanted = { session, number };
-    if (session === this.shown.session && number === this.shown.number) return;
     if (session !== this.shown.session) this.sent = null;
+    this.catchUp();
+  }
+
+  /** Asks for the story that the server shows now, unless it is the one shown here, or on its way, or would take something away. */
+  catchUp() {
+    const { session, number } = this.wanted;
+    if ((session === this.shown.session && number <= this.shown.number) || this.socket.readyState !== WebSocket.OPEN) return;
+    if (this.inHand) { this.offer(); return; }
     if (!this.asked) this.socket.send('{"type": "show"}');
     this.asked = true;
   }
 
+  /** Whether the reader has something in hand that another story would take away: a part, or an edit that is not built. */
+  get inHand() {
+    const { explorer } = this.parts;
+    return Boolean(explorer && !this.free && (explorer.begun || explorer.editor.on || explorer.source.drawnAs));
+  }
+
+  offer() {
+    const { notice, explorer } = this.parts;
+    if (explorer.begun || notice.className === "waiting") return;
+    this.say("A newer page is ready; this edit is not in it. ", "waiting");
+    notice.append(make("button", { type: "button", id: "take-newer", onclick: () => this.letGo() }, "Show it"));
+  }
+
+  /** What the reader has in hand is built, or given up. */
+  letGo() { this.free = true; this.catchUp(); }
+
   async receive({ document: story, block }) {
     const read = await blockReader(block);
     this.asked = false;
+    if (this.inHand) { this.offer(); return; }
     this.shown = story.live;
     this.controls = story.controls;
     this.replace(story, read, (parts) => this.adopt(parts));
     this.show();
-    if (this.wanted.number > this.shown.number) this.follow(this.wanted);
+    this.catchUp();
   }
 
   adopt(parts) {
     this.parts = parts;
+    this.free = false;
     this.form = this.controls.length ? addControls(this, parts.panel) : null;
-    parts.player.onTime(() => this.leave());
-    if (parts.explorer) parts.explorer.editor.connect((values) => { Object.assign(this.typed, values); this.ask(); }, (text) => this.build(text));
+    parts.player.onTime(() => { this.leave(); this.catchUp(); });
+    if (!parts.explorer) return;
+    parts.explorer.onMove(() => this.catchUp());
+    parts.explorer.editor.connect((values) => { Object.assign(this.typed, values); this.ask(); }, (text) => this.build(text));
   }
 
   /** Shows the newest poses, where they are those of the story that is shown. */
