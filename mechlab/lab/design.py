@@ -12,6 +12,7 @@ from mechlab.errors import MechlabError, explained, unknown, warn
 from mechlab.experiment.acting import acting
 from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.laws import Constant
+from mechlab.experiment.laws.user import check_units
 from mechlab.experiment.model_file import LeftOut
 from mechlab.experiment.parameters import checked, describe, make, mechanism_units
 from mechlab.experiment.scene import Scene, Settings
@@ -173,7 +174,7 @@ class Design(Shown):
         holds initial values X_0, X_rate_0 and constant loads X_force, which act in addition to everything else.
 
         Parameters of the scene outrank defaults, those that the user gave outrank the scene's.
-        Raises MechlabError for unknown names.
+        Raises MechlabError for unknown names, and for a number of a law in a unit that does not fit its joint or shaft.
         """
         chosen = name or self.default_scene
         recipe = self.recipe(chosen)
@@ -188,6 +189,8 @@ class Design(Shown):
             scene = replace(scene, duration=duration)
         if level != "kinematic" and scene.drives == "hold" and scene.file is None:
             scene = acting(self.mechanism(level), scene)
+        for law in scene.laws if level != "kinematic" else ():
+            check_units(law, self.mechanism(level) if scene.file is None else scene.file.mechanism)
         return replace(with_extra(self, scene, extra or {}), name=chosen)
 
     def recipe(self, name: str | None) -> SceneRecipe:
