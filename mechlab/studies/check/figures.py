@@ -150,6 +150,16 @@ def _picture(figure: SourceFigure, drawing: Drawing) -> Any:
         axes.remove()
     if drawing.text:
         picture.supxlabel(fill(drawing.text, int(width * 15)), fontsize=9, color=FAINT, x=0.01, ha="left")
+    points = [
+        (axes, mark.text, (mark.x, mark.y))
+        for axes, panel in zip(picture.axes, drawing.panels, strict=True)
+        for mark in panel.marks
+        if mark.x is not None and mark.y is not None
+    ]
+    if points:
+        picture.draw_without_rendering()  # the words below take sides by where the layout puts the curves
+    for axes, words, point in points:
+        _write_at_point(axes, words, point)
     return picture
 
 
@@ -196,6 +206,30 @@ def _write(axes: Any, words: str, to: tuple[Any, Any], where: tuple[float, float
     axes.annotate(words, to, where, fontsize=8.5, color=color, **how).set(in_layout=False, zorder=5.0)
 
 
+def _write_at_point(axes: Any, words: str, point: tuple[float, float]) -> None:
+    """Words at a printed point, on that of its four sides where they hide least of the curves; right above it where this is equal."""
+    pixel = DPI / 72.0
+    width, height = pixel * (5.0 * len(words) + 4.0), pixel * 12.0
+    middle = axes.transData.transform(point)
+    frame = axes.transAxes.transform([(0.0, 0.0), (1.0, 1.0)])
+    dense = [np.empty((0, 2))]
+    for line in axes.lines:
+        corners = line.get_transform().transform(line.get_xydata())
+        share = np.linspace(0.0, len(corners) - 1.0, max(len(corners), 500))
+        dense.append(np.column_stack([np.interp(share, np.arange(len(corners)), side) for side in corners.T]))
+    curves = np.vstack(dense)
+
+    def hidden(side: tuple[int, int]) -> float:
+        """Points of curves under the words, and much more where they leave the panel."""
+        box = np.sort([middle + pixel * 4.0 * np.array(side), middle + np.array(side) * (width, height)], axis=0)
+        outside = np.any(box[0] < frame[0]) or np.any(box[1] > frame[1])
+        return float(np.all((curves > box[0]) & (curves < box[1]), axis=1).sum()) + (1e6 if outside else 0.0)
+
+    right, up = min([(1, 1), (-1, 1), (1, -1), (-1, -1)], key=hidden)
+    how = {"textcoords": "offset points", "ha": "left" if right > 0 else "right", "va": "bottom" if up > 0 else "top"}
+    _write(axes, words, point, (4.0 * right, 4.0 * up), PRINTED, how)
+
+
 def _draw_curve(axes: Any, curve: Curve, color: str) -> None:
     for k, (x, y) in enumerate(zip(*curve.lines, strict=True)):
         axes.plot(x, y, color=color, label=curve.label if k == 0 and curve.label else None, **LOOKS[curve.style])
@@ -216,7 +250,8 @@ def _draw_printed(axes: Any, panel: Panel) -> None:
         label = None
         where = (mark.x if mark.x is not None else 0.01, mark.y if mark.y is not None else 0.02)
         across = axes.get_yaxis_transform() if mark.x is None else axes.get_xaxis_transform() if mark.y is None else axes.transData
-        _write(axes, mark.text, where, (4, 4), PRINTED, {"xycoords": across, "textcoords": "offset points"})
+        if across is not axes.transData:
+            _write(axes, mark.text, where, (4, 4), PRINTED, {"xycoords": across, "textcoords": "offset points"})
     for ticks, across, marker in (
         (panel.printed_x, axes.get_xaxis_transform(), 2), (panel.printed_y, axes.get_yaxis_transform(), 1),
     ):  # fmt: skip
