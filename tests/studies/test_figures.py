@@ -124,7 +124,7 @@ def test_names_and_claims_of_figures(name: str) -> None:
 def test_every_figure_says_what_is_printed_in_a_small_picture(name: str, number: int, tmp_path: Path) -> None:
     figure = catalog.entry(name).figures[number]
     drawing = figure.draw()
-    assert drawing.readings or any(p.marks or p.printed_x or p.printed_y for p in drawing.panels)
+    assert any(r.printed != "-" for r in drawing.readings)  # what the source prints, in numbers or words, beside ours
     for reading in drawing.readings:
         ours = list(reading.ours.values()) if isinstance(reading.ours, dict) else reading.ours
         assert isinstance(reading, Reading) and (isinstance(ours, str) or np.all(np.isfinite(ours))), reading.what

@@ -132,11 +132,25 @@ def look(browser: Any) -> Iterator[Callable[..., Any]]:
         wait_until(page, "window.lab && window.lab.ready")
         return page
 
+    open_page.pages = pages  # type: ignore[attr-defined]
     yield open_page
     errors = [error for page in pages for error in page.errors]
     for page in pages:
         page.context.close()
     assert errors == []
+
+
+@pytest.fixture(autouse=True)
+def tidy(request: pytest.FixtureRequest) -> Iterator[None]:
+    """The pages that a test itself opened are closed after it: an open page goes on drawing."""
+    if "look" not in request.fixturenames:
+        yield
+        return
+    pages = request.getfixturevalue("look").pages
+    before = len(pages)
+    yield
+    for page in pages[before:]:
+        page.context.close()
 
 
 def is_error(message: Any) -> bool:

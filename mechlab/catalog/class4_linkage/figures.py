@@ -10,7 +10,7 @@ import numpy as np
 
 from mechlab.analytic import assur
 from mechlab.catalog.bibliography import ZINCHENKO
-from mechlab.catalog.class4_linkage.claims import PRINTED, TURN, literal_rates
+from mechlab.catalog.class4_linkage.claims import PRINTED, TURN, literal_rates, no_root, signs_of_modes
 from mechlab.catalog.class4_linkage.geometry import THETAS, Class4Parameters, Mode, arcs, at, family, solve_all
 from mechlab.experiment.figure import Curve, Drawing, Mark, Note, Panel, Reading, SourceFigure
 from mechlab.mechanism.geometry import Array
@@ -71,6 +71,9 @@ def steps_2_and_5() -> Drawing:
         panels.append(Panel(name, CRANK, f"{name} [deg]", tuple(curves)))
     found = solve_all(PRINTED, DENSE)
     count = [int(found.modes.count.min()), int(found.modes.count.max())]
+    signs = signs_of_modes().computed
+    readings.append(Reading("K1, least and most over the turn, in the mode of the steps", 1, signs["K1 over the turn"]))
+    readings.append(Reading("K2 likewise", 1, signs["K2 over the turn"]))
     readings.append(Reading("modes at each half degree of the crank, least and most", "-", count))
     return Drawing(tuple(panels), tuple(readings), "Dots: the 72 positions. The group has no other mode at any half degree of the turn.")
 
@@ -113,6 +116,8 @@ def step_10() -> Drawing:
         order = np.argsort(angle, kind="stable")
         curves.append(Curve(angle[order], det[order], label, style, k))
         readings.append(Reading(f"crank angles without a position, BC = {length:g} m", "-", gaps or "none", "deg" if gaps else ""))
+    gap = no_root().computed["smallest misfit of DE at them [m]"]
+    readings.append(Reading("length DE, and by how much it is missed at least with BC = 0.27 m at -102 deg", PRINTED.DE, gap, "m"))
     fold = assur.folds(family(replace(PRINTED, BC=0.27)))[0]
     where = float(np.degrees(fold.crank))
     panel = Panel("det J of the chosen mode", CRANK, "det J [m4]", tuple(curves),

@@ -22,7 +22,7 @@ from mechlab.catalog.closed_differential.checks import (
     speeds,
 )
 from mechlab.engines.protocol import WITNESSES as ENGINES
-from mechlab.experiment.figure import Curve, Drawing, Mark, Note, Panel, SourceFigure
+from mechlab.experiment.figure import Curve, Drawing, Mark, Note, Panel, Reading, SourceFigure
 from mechlab.kit.claims import Evidence, Ledger, above, below, equals, evidence, fails, holds, only_if, true
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import rank
@@ -214,7 +214,15 @@ BLUE, RED, TEAL, BLACK, GOLD = 0, 1, 2, 4, 5
 
 def verdict() -> Drawing:
     """The crossing of the powers, and the speed ratio over the load ratio."""
-    return Drawing((_crossing(), _ratios()))
+    t, powers = crossing()
+    at_once, later = ([float(np.interp(when, t, power)) for power in powers.T] for when in (0.0, 0.1))
+    dragged = float(closed.drag_ratio(LAB.train, DRAGS[1] / DRAGS[0], np.array([2.0]))[0][0])
+    readings = (
+        Reading("power in and power taken, in the example", 10000, at_once, "W"),
+        Reading("the same 0.1 s later", "the same", later, "W"),
+        Reading("speed ratio at twice the moment: by (10); with drag on both blocks", 2, dragged),
+    )
+    return Drawing((_crossing(), _ratios()), readings)
 
 
 def _crossing() -> Panel:

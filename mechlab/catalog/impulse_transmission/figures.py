@@ -218,11 +218,19 @@ def figure_of_q() -> Drawing:
     total = Curve(q, [f.total for _, f in rows], "root mean square", "crosses", 4)
     title = "how far the ends of the curves lie beyond a step of the printed grid"
     panel = Panel(title, "q", "misfit, over the span of the axis (0.001: none)", (*curves, total), log="y", x_range=(0.4, 2.05))
-    readings = tuple(
+    readings = (
+        Reading("q in the lists of figures 2, 4 and 5; the default, undecided", "4 over 5, g, 4 over 5",
+                str(Fraction(Impulse().q).limit_denominator(9))),
+        *_misfits(),
+    )
+    return Drawing((panel,), readings)
+
+
+def _misfits() -> tuple[Reading, ...]:
+    return tuple(
         Reading(f"misfit of q = {f.q}, torques {f.order}", "-", f.misfits | {"all": f.total, "all but figure 2": f.without("figure 2")})
         for f in fits()
     )
-    return Drawing((panel,), readings)
 
 
 def torque() -> Drawing:
@@ -254,7 +262,10 @@ def torque() -> Drawing:
     )  # fmt: skip
     fourth, fifth = (unidirectional(base, SPEED, *pair) for pair in ((18.0, M1), (0.0, 20.0)))
     useful = 18.0 * float(fourth.mean_speed)
+    output_torque = float(np.interp(18.0, load, output))
     readings = (
+        Reading("mean torque of the output shaft over that of the motor, figure 4, without a clutch", "transformed",
+                output_torque / float(fourth.mean_motor_torque)),
         Reading("mean torque of the motor, figure 4, without a clutch: that of the output shaft is the same", "-",
                 float(fourth.mean_motor_torque), "N m"),
         Reading("the same, figure 5", "-", float(fifth.mean_motor_torque), "N m"),

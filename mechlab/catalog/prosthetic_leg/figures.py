@@ -9,7 +9,7 @@ import numpy as np
 
 from mechlab.analytic import transition_matrices as tm
 from mechlab.catalog.bibliography import PROSTHESIS
-from mechlab.catalog.prosthetic_leg.build import LEG, SWING_TIME, Parameters
+from mechlab.catalog.prosthetic_leg.build import LEG, SWING_TIME, Parameters, build
 from mechlab.catalog.prosthetic_leg.questions import ankle_path, hitch_sag, swing_paths, tree
 from mechlab.experiment.figure import Curve, Drawing, Mark, Note, Panel, Reading, SourceFigure
 from mechlab.mechanism.geometry import Array
@@ -97,6 +97,8 @@ def conclusion() -> Drawing:
         away = 1e3 * np.linalg.norm(path - whole, axis=1)
         off.append(Curve(times, away, label, "solid", k))
         readings.append(Reading(f"largest error of the ankle in a swing, {label}", "-", float(away.max()), "mm"))
+    elastic = ", ".join(j.name for j in build(p, "full").joints if j.kind == "prismatic" and j.stiffness)
+    readings.append(Reading("elastic slides of the conclusion; of the model", 3, elastic))
     panels = (
         Panel("the ankle in the swing", "x [m]", "z [m]", (Curve(whole[:, 0], whole[:, 1], "with all slides", "thick", 0),), equal=True),
         Panel("without some of the slides", "t [s]", "distance of the ankle [mm]", tuple(off)),

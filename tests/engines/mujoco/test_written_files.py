@@ -30,7 +30,7 @@ def palletizer(stiffness: float = 2000.0, damping: float = 100.0) -> Mechanism:
     return b.build()
 
 
-MOST_STEPS = 20_000
+MOST_STEPS = 5_000
 """Andrews' mechanism moves in milliseconds and is stepped as finely."""
 
 
