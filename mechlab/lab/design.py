@@ -12,7 +12,7 @@ from mechlab.errors import MechlabError, explained, unknown, warn
 from mechlab.experiment.acting import acting
 from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.laws import Constant
-from mechlab.experiment.laws.user import check_units
+from mechlab.experiment.laws.user import check_units, with_units
 from mechlab.experiment.model_file import LeftOut
 from mechlab.experiment.parameters import checked, describe, make, mechanism_units
 from mechlab.experiment.scene import Scene, Settings
@@ -189,8 +189,10 @@ class Design(Shown):
             scene = replace(scene, duration=duration)
         if level != "kinematic" and scene.drives == "hold" and scene.file is None:
             scene = acting(self.mechanism(level), scene)
-        for law in scene.laws if level != "kinematic" else ():
-            check_units(law, self.mechanism(level) if scene.file is None else scene.file.mechanism)
+        if level != "kinematic" and (written := [law for law in scene.laws if with_units(law)]):
+            m = self.mechanism(level) if scene.file is None else scene.file.mechanism
+            for law in written:
+                check_units(law, m)
         return replace(with_extra(self, scene, extra or {}), name=chosen)
 
     def recipe(self, name: str | None) -> SceneRecipe:

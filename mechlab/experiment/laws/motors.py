@@ -27,7 +27,7 @@ class Motor(OnOne):
     kind: ClassVar[str]
 
     def __post_init__(self) -> None:
-        if isinstance(self.stall, str) or isinstance(self.no_load_rate, str):
+        if any(isinstance(x, str) for x in (self.stall, self.no_load_rate)):
             return  # text with a unit; `laws_of` makes numbers of it
         if not self.no_load_rate or self.stall * self.no_load_rate < 0.0:
             raise MechlabError(

@@ -89,15 +89,18 @@ UNITS = {
 """Number of a law -> its SI unit where the law acts on an angle, on a length. The others take plain numbers."""
 
 
+def with_units(law: Law) -> list[str]:
+    """Names of the numbers of a law that were written with a unit."""
+    names: list[str] = [f.name for f in fields(law)] if is_dataclass(law) else []
+    return [n for n in names if isinstance(getattr(law, n), Quantity)]
+
+
 def check_units(law: Law, m: Mechanism) -> None:
     """Raise MechlabError for a number of the law that was written with a unit which does not fit what the law acts on."""
-    written = [f.name for f in fields(law) if isinstance(getattr(law, f.name), Quantity)] if is_dataclass(law) else []
-    if not written:
-        return
     shafts = {s.name: any(n in m.slides for n, _ in s.coefficients) for s in m.shafts}
     turns = any(on not in m.slides for on in law.targets())
     slides = any(on in m.slides or shafts.get(on, False) for on in law.targets())  # a shaft over slides may be of either kind
-    for name in written:
+    for name in with_units(law):
         units = [u for u, fits in zip(UNITS.get(name, ("", "")), (turns, slides), strict=True) if fits]
         in_unit(f"{m.name}: law {law.kind} on {', '.join(law.targets())}: {name}", getattr(law, name), *dict.fromkeys(units))
 
