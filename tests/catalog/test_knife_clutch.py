@@ -62,6 +62,21 @@ def test_the_loss_with_knives(who: str) -> None:
     assert energy_lost(P, engage(who, P)) == pytest.approx(loss, rel=5e-3)
 
 
+@pytest.mark.parametrize("who", ["mujoco", "pinocchio", "hybrid"])
+def test_the_brake_stops_the_crankshaft_where_it_rested(who: str) -> None:
+    """It takes J w^2 / 2 over the angle J w^2 / (2 torque) and the time J w / torque; the inertia changes by some per cent over it."""
+    run = ml.simulate(ENTRY, scene="stopping", engine=who)
+    J, w = inertia(P), P.no_load
+    assert run.channel("crank_rate")[-1] == pytest.approx(0.0, abs=1e-6)
+    # a hundredth of the angle, and the capture, of first order in its time of a step
+    assert run.channel("crank")[-1] == pytest.approx(0.0, abs=0.01 * J * w * w / (2.0 * P.brake) + 1.5 * w * STEP)
+    assert energy_lost(P, run) == pytest.approx(0.5 * J * w * w, rel=0.01)
+    stops = float(run.t[np.argmax(run.channel("crank_rate") < 1e-3 * w)])
+    assert stops == pytest.approx(J * w / P.brake, abs=9.0 * STEP)
+    np.testing.assert_allclose(run.channel("shaft_rate"), w, rtol=1e-9)  # at the no-load speed the motor gives nothing
+    assert np.abs(run.channel("crank_force")).max() <= P.brake * (1.0 + 1e-12)
+
+
 def test_torque_in_the_cut_against_the_linkages_in_motion() -> None:
     """Two simulated turns: what passes the clutch in the cut, over what the shaft of the linkages gives (motor less J a)."""
     clutch = ml.simulate(ENTRY, scene="engagement", engine="mujoco")
