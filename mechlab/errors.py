@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import inspect
+import sys
 import traceback
+import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from functools import wraps
@@ -58,6 +60,15 @@ class NoSolution(MechlabError):
 
 class EngineMissing(MechlabError):
     """An optional engine is not installed; the message says how to get it."""
+
+
+def warn(what: str | Warning, category: type[Warning] = UserWarning) -> None:
+    """Warn at the line of the user's code that led here, the first outside mechlab: Python shows a DeprecationWarning only where
+    it stands in the user's own script."""
+    depth, frame = 1, sys._getframe(1)
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "mechlab":
+        depth, frame = depth + 1, frame.f_back
+    warnings.warn(what, category, stacklevel=depth + 1)
 
 
 def install_extra(extra: str) -> str:

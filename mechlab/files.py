@@ -7,6 +7,7 @@ removed by the next one that writes in the same folder. Links are followed; devi
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import os
 import re
@@ -229,7 +230,11 @@ def _same_rights(path: Path, before: os.stat_result) -> None:
 
 def _folders(folder: Path) -> list[Path]:
     """Make a folder and what is missing above it; returns what was made, innermost first."""
-    missing = [p for p in (folder, *folder.parents) if not p.exists()]
+    way = (folder, *folder.parents)
+    blocking = [p for p in way if p.exists() and not p.is_dir()]
+    if blocking:
+        raise NotADirectoryError(errno.ENOTDIR, f"{blocking[0]} is a file, no folder")
+    missing = [p for p in way if not p.exists()]
     folder.mkdir(parents=True, exist_ok=True)
     return missing
 

@@ -61,12 +61,24 @@ def test_an_own_mechanism_scene_or_law_needs_no_other_module() -> None:
 
 
 def test_old_names_warn_and_work() -> None:
+    """Each warning stands at the line of the caller: Python shows a DeprecationWarning there alone."""
     for old, new in (("solve_values", ml.solve), ("simulate_values", ml.simulate)):
-        with pytest.warns(DeprecationWarning, match=f"mechlab.{new.__name__}"):
+        with pytest.warns(DeprecationWarning, match=f"mechlab.{new.__name__}") as told:
             assert getattr(api, old) is new
-    with pytest.warns(DeprecationWarning, match="scene="):
+        assert told[0].filename == __file__
+    with pytest.warns(DeprecationWarning, match="scene=") as told:
         run = ml.simulate("fourbar", "free-run", duration=0.01)
-    assert run.scene == "free-run"
+    assert run.scene == "free-run" and told[0].filename == __file__
+
+
+def test_health_an_environment_and_a_builder_print_as_sentences() -> None:
+    run = ml.simulate("fourbar", scene="free-run", duration=0.01)
+    assert str(run.health).splitlines()[0] == "  ok      all values are finite"
+    assert repr(run.health) == f"Health, {len(run.health.findings)} findings, trusted"
+    env = ml.environment("fourbar", reward=lambda seen, action, session: 0.0, seconds=1.0)
+    assert str(env).startswith("Environment of Session of fourbar") and str(env).endswith(", 1 s an episode")
+    b = ml.Builder("arm").body("link", ml.revolute("angle"), inertia=ml.Inertia(1.0))
+    assert repr(b) == "Builder of arm: 1 body; .build() or .assemble(guess) makes the Mechanism"
 
 
 # -- types ------------------------------------------------------------------------------------------------------------------

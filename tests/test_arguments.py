@@ -76,6 +76,12 @@ def test_an_option_that_is_spelled_wrong_is_asked_for(call: Callable[[], object]
         call()
 
 
+def test_an_option_with_a_value_that_does_not_fit_is_not_asked_for() -> None:
+    with pytest.raises(ml.MechlabError, match="expected 40 or more, got 20") as found:
+        ml.optimize("pendulum", {"length": (0.5, 1.0)}, maximize="length", evaluations=20)
+    assert "Did you mean" not in str(found.value)
+
+
 def test_a_public_name_that_is_spelled_wrong_is_asked_for() -> None:
     with pytest.raises(AttributeError, match=r"no attribute 'laod'. Did you mean 'load'\?"):
         ml.laod  # noqa: B018

@@ -6,8 +6,6 @@ signatures and docstrings of these functions. In a docstring the entries under "
 
 from __future__ import annotations
 
-import warnings
-
 from mechlab.api.arguments import Values
 from mechlab.api.designs import compare, fit, optimize, synthesize
 from mechlab.api.diagnoses import audit, cure, doctor
@@ -18,6 +16,7 @@ from mechlab.api.sessions import environment, environments, linearize, session
 from mechlab.api.studies import modes, stability, sweep, workspace
 from mechlab.api.tracking import track
 from mechlab.api.viewing import draw, explore, gallery, load_recording, page_of_recording, story, studio, view
+from mechlab.errors import warn
 from mechlab.results import offer_page
 
 offer_page(page_of_recording)
@@ -37,6 +36,6 @@ def __getattr__(name: str) -> object:
     """Old names, for one more release."""
     if name in _OLD:
         new = _OLD[name]
-        warnings.warn(f"mechlab.api.{name} is mechlab.{new.__name__} now", DeprecationWarning, stacklevel=2)
+        warn(f"mechlab.api.{name} is mechlab.{new.__name__} now", DeprecationWarning)
         return new
     raise AttributeError(f"module 'mechlab.api' has no attribute {name!r}")

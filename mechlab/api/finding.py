@@ -6,7 +6,6 @@ import importlib.util
 import sys
 import tempfile
 import traceback
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, is_dataclass
 from pathlib import Path
@@ -14,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Union
 
 from mechlab.api.arguments import Values, key_values
 from mechlab.api.suggestions import suggesting
-from mechlab.errors import USER_MODULE, LeftOutWarning, MechlabError, described, explained, unknown
+from mechlab.errors import USER_MODULE, LeftOutWarning, MechlabError, described, explained, unknown, warn
 from mechlab.values import Range, Value
 
 if TYPE_CHECKING:
@@ -86,7 +85,7 @@ def find(source: Source) -> Entry:
     if suffix in MODEL_FILES:
         file = read_file(Path(text))
         if file.remarks:
-            warnings.warn(LeftOutWarning(file), stacklevel=2)
+            warn(LeftOutWarning(file))
         return entry_of(file.mechanism, file)
     raise unknown("mechanism", text, [*catalog.NAMES, "FILE.py:FUNCTION", *(f"FILE{s}" for s in MODEL_FILES)])
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -24,7 +23,7 @@ from mechlab.api.arguments import (
 from mechlab.api.finding import Source, design_and_rest, load_design
 from mechlab.api.suggestions import suggesting
 from mechlab.clock import costed, spent_on
-from mechlab.errors import MechlabError, explained, unknown
+from mechlab.errors import MechlabError, explained, unknown, warn
 from mechlab.studies.direct import NAMES as DIRECT_QUESTIONS
 from mechlab.values import Value, in_unit, one_number
 
@@ -136,7 +135,7 @@ def simulate(
         out=FILE.npz: file for the recording
     """
     if isinstance(values, str):
-        warnings.warn('the scene is an option now: simulate(source, scene="...")', DeprecationWarning, stacklevel=2)
+        warn('the scene is an option now: simulate(source, scene="...")', DeprecationWarning)
         values, scene = None, values
     recording = _simulated(
         source, key_values(values, given), scene, laws, drives, duration, timestep, max_error, budget, engine, order_check,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -22,7 +21,7 @@ from mechlab.api.arguments import (
 )
 from mechlab.api.finding import Source, design_and_rest, load_design, open_source, sweep_command, travelling
 from mechlab.api.suggestions import suggesting
-from mechlab.errors import UsageError, explained
+from mechlab.errors import UsageError, explained, warn
 from mechlab.files import whole_folder, write
 from mechlab.values import Range, Value, in_unit, one_number
 
@@ -145,7 +144,7 @@ def _counted_range(key: str, value: Value) -> Range | None:
     if isinstance(value, tuple) and len(value) == 3 and isinstance(value[2], int | float):
         low, high, count = (float(x) for x in value)
         if count.is_integer() and count >= 2:
-            warnings.warn(f"{key}: write Range({low:g}, {high:g}, {count:g})", DeprecationWarning, stacklevel=3)
+            warn(f"{key}: write Range({low:g}, {high:g}, {count:g})", DeprecationWarning)
             return Range(low, high, int(count))
     return as_range(key, value)
 

@@ -28,7 +28,7 @@ def suggesting(verb: Callable[P, R]) -> Callable[P, R]:
             # a word in place of a number is refused before it is asked whether the key exists
             key = error.unknown if error.unknown in keys else next((k for k in keys if str(error).startswith(f"{k}: ")), "")
             near = get_close_matches(key, options, n=1, cutoff=0.75)
-            if not near:
+            if not near or (near[0] == key and key not in written):  # the option itself, with a value that does not fit
                 raise
             option = f"--{near[0].replace('_', '-')}" if key in written else repr(near[0])
             hint, (before, listed, after) = f" Did you mean the option {option}?", str(error).partition(" Existing:")

@@ -117,6 +117,11 @@ class Closer:
         self._warm = WarmStart(self._equations)
         self.start_from(mechanism.reference())
 
+    def __repr__(self) -> str:
+        given = ", ".join(self.names)
+        frames = f", frames {', '.join(self.frames)}" if self.frames else ""
+        return f"Closer of {self.mechanism.name} by {self.engine.name}, given {given}{frames}"
+
     def start_from(self, q: ArrayLike) -> Closer:
         """Go on from the closed pose q (nq,). Raises MechlabError where it does not close."""
         q = np.asarray(q, dtype=float)

@@ -20,7 +20,7 @@ from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.length_unit import is_length
 from mechlab.mechanism.many_states import ManyStates
 from mechlab.mechanism.model import Mechanism
-from mechlab.results import Result
+from mechlab.results import Result, Shown
 
 SEVERITIES = ("ok", "warning", "error")
 
@@ -83,8 +83,8 @@ class Symptom:
 
 
 @explained
-@dataclass(frozen=True)
-class Health:
+@dataclass(frozen=True, repr=False)
+class Health(Shown):
     """All findings of a run."""
 
     findings: tuple[Finding, ...] = ()

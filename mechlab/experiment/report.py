@@ -14,10 +14,10 @@ import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.experiment.question import Answers
-from mechlab.experiment.recording import Cost, Recording
+from mechlab.experiment.recording import Cost, Health, Recording
 from mechlab.results import html_of, line_of, text_of
 from mechlab.results import offered_pages as _offered
-from mechlab.tables import html_sheet, number, table
+from mechlab.tables import counted, html_sheet, number, table
 
 NEGLIGIBLE = 1e-9
 """A value below this share of the largest value of its channel, and below the channel's error, is printed as 0."""
@@ -120,18 +120,33 @@ def _(recording: Recording) -> str:
     ]
     if r.acts:
         lines.append(f"what acts: {r.acts}")
-    lines += [table(heads, rows), "", "health"]
-    lines += [f"  {f.severity:8s}{f.sentence}" for f in r.health.findings]
+    lines += [table(heads, rows), "", "health", *_sentences(r.health)]
     lines += [f"  note    {n}" for n in r.notes]
     lines.append(_cost_line(r.cost))
     return "\n".join(lines)
+
+
+@text_of.register
+def _(health: Health) -> str:
+    return "\n".join(_sentences(health)) or "nothing was looked at"
+
+
+@line_of.register
+def _(health: Health) -> str:
+    worst = [f.name for f in health.findings if f.severity == "error"]
+    trust = f"not to be trusted: {', '.join(worst)}" if worst else "trusted"
+    return f"Health, {counted(len(health.findings), 'finding')}, {trust}"
+
+
+def _sentences(health: Health) -> list[str]:
+    return [f"  {f.severity:8s}{f.sentence}" for f in health.findings]
 
 
 def _cost_line(cost: Cost) -> str:
     """Steps, evaluations and CPU seconds with their parts."""
     count = f"cost: {cost.steps} steps, {cost.evaluations} evaluations, "
     if not cost.total_s:
-        return f"{count}{cost.cpu_s:.3g} s of CPU for the steps"
+        return f"{count}{cost.cpu_s:.3g} s of CPU for the steps" if cost.cpu_s else count.removesuffix(", ")
     parts = ", ".join(f"{name} {seconds:.2g}" for name, seconds in asdict(cost.parts).items() if seconds >= 0.005 * cost.total_s)
     return f"{count}{cost.total_s:.3g} s of CPU ({parts})"
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mechlab.errors import EngineMissing, MechlabError, unknown
-from mechlab.experiment.parameters import checked, describe, entry_units
+from mechlab.experiment.parameters import checked, describe, entry_units, mechanism_units
 from mechlab.experiment.question import Answer, Answers, Open, Question, WitnessInBulk, answers_at, choose, one_spelling
 from mechlab.kit.quantities import quantities, split
 from mechlab.kit.witness import engine_answers
@@ -216,12 +216,14 @@ def generic_question(design: Design, values: Mapping[str, Any]) -> Question:
         return WitnessInBulk(lambda p, given, count: engine_answers(engine, m, given, wanted, count))
 
     angles = tuple(k for k in m.scalar_names if not is_length(m, k))
+    units = {k: u[0] for k, u in mechanism_units(m).items() if len(u) == 1 and (k in wanted or k in values)}
     return Question(
         "generic",
         tuple(values),
         wanted,
         {"pinocchio": witness("pinocchio"), "mujoco": witness("mujoco")},
         angles=angles,
+        units=units,
     )
 
 

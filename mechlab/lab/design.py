@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from mechlab.engines.protocol import available, engine
-from mechlab.errors import MechlabError, explained, unknown
+from mechlab.errors import MechlabError, explained, unknown, warn
 from mechlab.experiment.acting import acting
 from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.laws import Constant
+from mechlab.experiment.laws.user import check_units, with_units
 from mechlab.experiment.model_file import LeftOut
 from mechlab.experiment.parameters import checked, describe, make, mechanism_units
 from mechlab.experiment.scene import Scene, Settings
@@ -134,7 +134,7 @@ class Design(Shown):
 
         made = write_verified(self.mechanism(fidelity), out, self.file_settings)
         for text in made.trial.warnings:
-            warnings.warn(f"{self.name}: {text}", stacklevel=2)
+            warn(f"{self.name}: {text}")
         return made.files
 
     @property
@@ -174,7 +174,7 @@ class Design(Shown):
         holds initial values X_0, X_rate_0 and constant loads X_force, which act in addition to everything else.
 
         Parameters of the scene outrank defaults, those that the user gave outrank the scene's.
-        Raises MechlabError for unknown names.
+        Raises MechlabError for unknown names, and for a number of a law in a unit that does not fit its joint or shaft.
         """
         chosen = name or self.default_scene
         recipe = self.recipe(chosen)
@@ -189,6 +189,10 @@ class Design(Shown):
             scene = replace(scene, duration=duration)
         if level != "kinematic" and scene.drives == "hold" and scene.file is None:
             scene = acting(self.mechanism(level), scene)
+        if level != "kinematic" and (written := [law for law in scene.laws if with_units(law)]):
+            m = self.mechanism(level) if scene.file is None else scene.file.mechanism
+            for law in written:
+                check_units(law, m)
         return replace(with_extra(self, scene, extra or {}), name=chosen)
 
     def recipe(self, name: str | None) -> SceneRecipe:

@@ -64,6 +64,11 @@ class Environment(gymnasium.Env[Array, Array]):
         self.action_space: Any = action_space(session)
         self._last = session.observation
 
+    def __repr__(self) -> str:
+        return f"Environment of {self.session!r}, {self.seconds:g} s an episode"
+
+    __str__ = __repr__
+
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
         """As gymnasium.Env.reset; options={"initial": {"X_0": ..., "X_rate_0": ...}} gives initial values."""
         super().reset(seed=seed)
@@ -131,6 +136,9 @@ class Environments(VectorEnv[Array, Array, Any]):
         self._rngs = [np.random.default_rng() for _ in self._places]
         self._ended = np.zeros(self.num_envs, dtype=bool)
         self._last = np.zeros((self.num_envs, len(fleet.session.observation_names)))
+
+    def __repr__(self) -> str:
+        return f"{self.num_envs} environments of {self.fleet.session!r}, {self.seconds:g} s an episode"
 
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None

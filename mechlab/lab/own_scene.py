@@ -9,7 +9,7 @@ from typing import Any
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.acting import drive_law
 from mechlab.experiment.entry import SceneRecipe
-from mechlab.experiment.laws import Constant, DcMotor, FunctionLaw, Law, Laws, Plant, Servo, laws_of
+from mechlab.experiment.laws import DcMotor, FunctionLaw, Law, Laws, Plant, Servo, laws_of
 from mechlab.experiment.motion import AtRate, PrescribedMotion, Target, as_motion
 from mechlab.experiment.parameters import mechanism_units
 from mechlab.experiment.scene import Scene
@@ -48,9 +48,6 @@ def with_laws(design: Design, scene: str | None, laws: Laws = (), commands: Comm
         if fidelity == "kinematic":
             raise MechlabError(f"{design.name}: fidelity 'kinematic' is closed form only; laws act on a mechanism.")
         m = design.entry.build(p, fidelity) if before.file is None else before.file.mechanism
-        for law in own:
-            if isinstance(law, Constant) and law.on in m.scalar_names:
-                in_unit(f"{m.name}: law on {law.on}", law.value, *mechanism_units(m)[f"{law.on}_force"])
         if before.file is not None:
             controls = {name: file_command(m, name, target) for name, target in (commands or {}).items()}
             return replace(before, laws=(*_remaining(m, before, own), *own), controls={**before.controls, **controls})

@@ -59,7 +59,7 @@ def describe_design(design: Design, fidelity: str | None = None) -> Description:
         sentences.append(f"Chain: {entry.chain}.")
     remarks = entry.remarks(design.parameters) if entry.remarks else ()
     sentences += remarks
-    tables: dict[str, Rows] = {"Parameters": parameter_rows(design)}
+    tables: dict[str, Rows] = {"Parameters": parameter_rows(design)} if describe(entry.parameters) else {}
     data: dict[str, Any] = {
         "name": entry.name, "title": entry.title, "summary": entry.summary, "chain": entry.chain, "fidelity": level, "remarks": remarks,
         "parameters": {i.name: getattr(design.parameters, i.name) for i in describe(entry.parameters)},

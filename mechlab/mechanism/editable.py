@@ -12,10 +12,16 @@ from mechlab.mechanism.geometry import IDENTITY, Placement
 from mechlab.mechanism.given import Number, si
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import GROUND, Body
+from mechlab.tables import counted
 
 
 class Editable(edit.Parts):
     """Lists of parts, and the methods that edit them; each returns the object itself."""
+
+    def __repr__(self) -> str:
+        parts = {"loop": len(self.loops), "relation": len(self.meshes), "curve": len(self.curves), "drive": len(self.drives)}
+        found = [counted(len(self.bodies), "body", "bodies"), *(counted(n, one) for one, n in parts.items() if n)]
+        return f"Builder of {self.name}: {', '.join(found)}; .build() or .assemble(guess) makes the Mechanism"
 
     def change_body(self, name: str, /, *, mass: Number | None = None, **fields: object) -> Self:
         """Change a body: fields as of `Body` (parent, placement, joints, inertia, shapes); `mass` [kg] scales its inertia.

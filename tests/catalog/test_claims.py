@@ -14,6 +14,12 @@ SOURCED = ("closed_differential", "planetary", "impulse_transmission", "gear_lin
 CLAIMS: dict[str, tuple[Claim, ...]] = {name: catalog.entry(name).claims for name in SOURCED}
 
 
+def test_a_mechanism_of_no_source_says_so() -> None:
+    report = claims("fourbar")
+    assert report.exit_code == 0 and not report.items
+    assert "No claims of a source" in report.text() and "no claims" in repr(report)
+
+
 def test_no_two_claims_have_one_id() -> None:
     ids = Counter(c.id for group in CLAIMS.values() for c in group)
     assert sum(ids.values()) > 110

@@ -287,3 +287,8 @@ def test_a_point_can_be_given() -> None:
     assert np.max(np.abs(poses["D_x"] - x)) < 1e-12 and np.max(np.abs(poses["D_y"] - origin[1])) < 1e-12
     answers = ml.solve(design, x=float(x[-1]), y=float(origin[1]), z=float(origin[2]), alpha=0.0, beta=0.0, gamma=0.0)
     assert abs(answers["analytic"]["q1"] - poses["q1"][-1]) < 1e-10
+
+
+def test_a_closer_prints_as_one_line() -> None:
+    closer = ml.load("fourbar").closer("crank_angle", engine="numpy", frames=("C",))
+    assert repr(closer) == "Closer of fourbar by numpy, given crank_angle, frames C"

@@ -61,6 +61,12 @@ SEEDED = (
     WrongFormula("delta6.mesh:sliding_velocity", "wb = -(wa + wc)", "wb = -(wa - wc)", "delta6", ("C38",)),
     WrongFormula("delta6.mesh:tip_distance", "sqrt((r + module)", "sqrt((r + 1.25 * module)", "delta6", ("C38",)),
     WrongFormula("delta6.control:error_response", "np.where(over, slow, -a)", "np.where(over, -slow, a)", "delta6", ("C36",)),
+    WrongFormula("delta6.control:source_targets", "-5.0 * s5", "5.0 * s5", "delta6", ("C37",)),
+    WrongFormula("delta6.mesh:contact_levers", "(tangent - s /", "(tangent + s /", "delta6", ("C46",)),
+    WrongFormula("differential.converter:converter_state", "1.0 - n * n", "1.0 - n", "closed_differential", ("L8",)),
+    WrongFormula("gear_linkage.knife:crank_inertia", "ends / 3.0", "ends / 2.0", "gear_linkage", ("G10",)),
+    WrongFormula("transition_matrices.lagrange:_bias", "before @ twice[..., i, :, :]", "twice[..., i, :, :] @ before", "prosthetic_leg",
+                 ("T3",)),
     WrongFormula("bspline.length:simpson_spans", "= 4.0, 2.0", "= 2.0, 4.0", "delta6", ("C49",)),
     WrongFormula("regions:_lower", "np.minimum", "np.maximum", "delta6", ("C53",)),
 )  # fmt: skip

@@ -229,7 +229,7 @@ WRONG = [
     ({"laws": {"turn": lambda t: 1.0}}, r"laws: 'turn': <lambda>\(t\) must take the time and the plant, as f\(t, plant\)"),
     ({"scene": {"duration": 1.0}}, "scene: expected the name of a scene or an ml.Scene"),
     ({"laws": {"turn": ml.Constant("turn", 1.0)}}, "give a list of laws"),
-    ({"laws": {"turn": "5mm"}}, "law on turn: expected a torque .*got 5mm"),
+    ({"laws": {"turn": "5mm"}}, "law constant on turn: value: expected a torque .*got 5mm"),
     ({"drives": {"turn": "5mm"}}, "command of drive 'turn': expected .*got 5mm"),
     ({"drives": {"crank": 1.0}}, "drive 'crank' does not exist"),
     ({"drives": {"turn": lambda t: "fast"}}, "must return one number, or value, rate and acceleration; it returned 'fast'"),
@@ -256,3 +256,29 @@ def test_times_take_units_and_a_builder_is_no_mechanism() -> None:
 def test_a_class_without_build_is_refused() -> None:
     with pytest.raises(ml.MechlabError, match=r"NoBuild: a class of parameters is a dataclass .* with a method build"):
         ml.load(NoBuild)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("law", "said"),
+    [
+        (ml.Motor("turn", "2kg", 30.0), "stall: expected a torque .*, got 2kg"),  # type: ignore[arg-type]
+        (ml.Motor("turn", "2N", 30.0), "stall: expected a torque"),  # type: ignore[arg-type]
+        (ml.Motor("turn", 2.0, "30mm/s"), "no_load_rate: expected a rate of turning"),  # type: ignore[arg-type]
+        (ml.Harmonic("turn", 1.0, "2Hz"), "frequency: expected a rate of turning .*, got 2Hz"),  # type: ignore[arg-type]
+        (ml.Viscous("turn", "1Ns/m"), "coefficient: expected"),  # type: ignore[arg-type]
+        (ml.Constant("turn", "1N"), "value: expected a torque"),  # type: ignore[arg-type]
+    ],
+)
+def test_a_unit_that_does_not_fit_the_joint_is_refused_in_every_law(law: ml.Law, said: str) -> None:
+    for call in (lambda: ml.simulate(rotor(), laws=[law]), lambda: ml.simulate(rotor(), scene=ml.Scene(laws=(law,)))):
+        with pytest.raises(ml.MechlabError, match=said):
+            call()
+
+
+def test_a_motor_whose_torque_grows_with_the_rate_is_refused() -> None:
+    for stall, rate in ((2.0, -30.0), (-2.0, 30.0), (2.0, 0.0)):
+        with pytest.raises(ml.MechlabError, match="of one sign"):
+            ml.Motor("turn", stall, rate)
+    with pytest.raises(ml.MechlabError, match="of one sign"):
+        ml.simulate(rotor(), laws=[ml.Motor("turn", "2Nm", "-300rpm")])  # type: ignore[arg-type]
+    assert ml.Motor("turn", -2.0, -30.0).stall == -2.0  # it turns the other way

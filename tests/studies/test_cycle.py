@@ -6,6 +6,7 @@ import json
 import numpy as np
 import pytest
 
+import mechlab as ml
 from mechlab import api
 from mechlab.analytic import fourbar as closed_form
 from mechlab.catalog import fourbar
@@ -177,3 +178,23 @@ def test_slider_crank_by_pinocchio_and_mujoco():
 
 def test_the_public_function():
     assert api.cycle("fourbar", crank_angle_rate=2.0, points=6)["crank_angle_rate"][0] == pytest.approx(2.0)
+
+
+def test_a_pin_that_only_guides_has_no_transmission_angle() -> None:
+    """Stephenson's six-bar with the load on the second dyad: no load passes the rocker of the four-bar, whose pin moves across its
+    force; at the other pin the angle is that between rod and lever."""
+    b = ml.Builder("sixbar")
+    b.bar("crank", ml.revolute("crank_angle"), 0.08)
+    b.plate("coupler", ml.revolute("coupler_joint"), [(0.25, 0), (0.12, 0.1)], parent="crank", at=(0.08, 0, 0))
+    b.bar("rocker", ml.revolute("rocker_angle"), 0.2, at=(0.28, 0, 0))
+    b.bar("rod", ml.revolute("rod_joint"), 0.4, parent="coupler", at=(0.12, 0.1, 0))
+    b.bar("lever", ml.revolute("lever_angle"), 0.35, at=(0.5, 0.1, 0))
+    b.loop("pin", "coupler", "rocker", at_a=(0.25, 0, 0), at_b=(0.2, 0, 0))
+    b.loop("pin2", "rod", "lever", at_a=(0.4, 0, 0), at_b=(0.35, 0, 0))
+    b.drive("crank_angle", stiffness=50)
+    guess = {"crank_angle": 1.0, "coupler_joint": -0.6, "rocker_angle": 1.6, "rod_joint": 0.0, "lever_angle": 1.6}
+    columns = ml.cycle(b.assemble(guess, hold=["crank_angle"]), output="lever_angle").columns
+    assert np.all(np.isnan(columns["pin_transmission_angle"]))
+    rod = columns["crank_angle"] + columns["coupler_joint"] + columns["rod_joint"]
+    between = np.arcsin(np.abs(np.sin(columns["lever_angle"] - rod)))
+    np.testing.assert_allclose(columns["pin2_transmission_angle"], between, atol=1e-8)  # the loads of a solve of 6 rows

@@ -3,6 +3,7 @@
 from mechlab.analytic.gear_linkage.knife import (
     Knife,
     best_mount,
+    clutch_pace,
     clutch_torque,
     crank_inertia,
     cutting_torque,
@@ -37,7 +38,7 @@ from mechlab.analytic.gear_linkage.regime import (
 
 __all__ = [
     "TARGETS", "CrankForTarget", "GearLinkage", "Knife", "LinkageMasses", "LinkageMotion", "OutputRegime", "RegimeReport", "acceleration",
-    "angles", "best_mount", "clutch_torque", "crank_for", "crank_inertia", "cutting_torque", "engagement", "longest_crank",
+    "angles", "best_mount", "clutch_pace", "clutch_torque", "crank_for", "crank_inertia", "cutting_torque", "engagement", "longest_crank",
     "momentary_crank", "motion", "pin_angle", "rate", "reduced_inertia", "regime", "rolling_rates", "slowest", "torque_factor",
     "transfer", "with_play",
 ]  # fmt: skip

@@ -65,12 +65,18 @@ def cutting_torque(g: GearLinkage, knife: Knife, mount: ArrayLike, phi: ArrayLik
     return np.asarray(-rate * knife.cuts(place, rate))
 
 
-def clutch_torque(knife: Knife, rest: float) -> float:
-    """Largest torque on the main shaft [N m] for a cutting force of 1 N, driven through a clutch that rests for `rest` [rad] a turn."""
+def clutch_pace(rest: float) -> float:
+    """How many times as fast as the main shaft a clutch of periodic turning drives while it holds, if it rests for `rest` [rad] a turn."""
     if not 0.0 <= rest < 2.0 * math.pi:
         raise MechlabError(f"rest = {rest:g} rad: expected at least 0 and less than a turn")
+    return 2.0 * math.pi / (2.0 * math.pi - rest)
+
+
+def clutch_torque(knife: Knife, rest: float) -> float:
+    """Largest torque on the main shaft [N m] for a cutting force of 1 N, driven through a clutch that rests for `rest` [rad] a turn."""
+    pace = clutch_pace(rest)
     place, slope = knife.place(np.linspace(0.0, 2.0 * math.pi, 14401))
-    return float(np.max(-slope * knife.cuts(place, slope))) * 2.0 * math.pi / (2.0 * math.pi - rest)
+    return float(np.max(-slope * knife.cuts(place, slope))) * pace
 
 
 def crank_inertia(knife: Knife, pins: ArrayLike, crankshaft: float, knife_mass: float, rod_mass: float) -> float:

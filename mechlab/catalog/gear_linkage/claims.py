@@ -209,7 +209,7 @@ def cutter_torque() -> Evidence:
     best = [closed_form.best_mount(replace(p, crank=float(x) * p.frame).linkage, p.knife, 0.0)[1] for x in shares]
     for rest in (0.0, 45.0, 90.0):  # a clutch that rests turns faster while it holds
         computed[f"best factor for cranks 0.05 to 0.45 of the frame, the clutch rests {rest:g} deg"] = [
-            x * 360.0 / (360.0 - rest) for x in (min(best), max(best))
+            x * closed_form.clutch_pace(math.radians(rest)) for x in (min(best), max(best))
         ]
     report = closed_form.regime(p.linkage)
     up = 0.5 * math.pi - float(closed_form.pin_angle(p.linkage, report.slowest_angle))

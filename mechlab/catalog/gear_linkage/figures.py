@@ -149,7 +149,7 @@ def _best_at_once() -> Array:
 
 def _best(rest: float) -> Array:
     """(n,) best factor for the cranks SHARES; a clutch that rests turns faster while it holds."""
-    return _best_at_once() * 2.0 * math.pi / (2.0 * math.pi - rest)
+    return _best_at_once() * closed_form.clutch_pace(rest)
 
 
 def _cut(best: float) -> Panel:

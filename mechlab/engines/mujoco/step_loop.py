@@ -27,6 +27,7 @@ from mechlab.experiment.observed import Observed
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
+from mechlab.tables import counted
 
 ROW = int(mujoco.mjtState.mjSTATE_FULLPHYSICS | mujoco.mjtState.mjSTATE_CTRL)
 """What is kept after each action: time, qpos, qvel, activations, controls."""
@@ -284,10 +285,9 @@ class StepLoop(WatchedLoop):
         """Put the data to the start of a scene, with all drives at rest; returns what the engine must call while it steps."""
 
     def __repr__(self) -> str:
-        return (
-            f"Session of {self.mechanism.name}, scene {self.scene.name}, t = {self.time:.6g} s, {len(self.action_names)} drives, "
-            f"{len(self.seen.names)} observations, {1e3 * self.hold:.6g} ms an action"
-        )
+        drives, seen = counted(len(self.action_names), "drive"), counted(len(self.seen.names), "observation")
+        where = f"Session of {self.mechanism.name}, scene {self.scene.name}, t = {self.time:.6g} s"
+        return f"{where}, {drives}, {seen}, {1e3 * self.hold:.6g} ms an action"
 
 
 def started(scene: Scene, values: Mapping[str, float], mechanism: Mechanism) -> Scene:

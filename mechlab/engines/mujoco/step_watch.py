@@ -6,7 +6,6 @@ A motion that has ended refuses to go on; closing warns of what must not be trus
 from __future__ import annotations
 
 import math
-import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from types import TracebackType
@@ -17,7 +16,7 @@ import numpy as np
 
 from mechlab.engines.mujoco.stepping import Coordinates, SteppingEnd, end_reason
 from mechlab.engines.state import RATE_LIMIT
-from mechlab.errors import MechlabError, Untrustworthy
+from mechlab.errors import MechlabError, Untrustworthy, warn
 from mechlab.experiment.recording import Health, Recording
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
@@ -142,7 +141,7 @@ class WatchedLoop(ABC):
             texts.append(self.recording().message)
         if texts:
             what = f"{self.mechanism.name}: do not trust this session: {'; '.join(texts)}"
-            warnings.warn(what, UntrustedSession, stacklevel=2)
+            warn(what, UntrustedSession)
 
     def __enter__(self) -> Self:
         return self

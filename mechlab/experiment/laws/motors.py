@@ -26,6 +26,15 @@ class Motor(OnOne):
     no_load_rate: float
     kind: ClassVar[str]
 
+    def __post_init__(self) -> None:
+        if any(isinstance(x, str) for x in (self.stall, self.no_load_rate)):
+            return  # text with a unit; `laws_of` makes numbers of it
+        if not self.no_load_rate or self.stall * self.no_load_rate < 0.0:
+            raise MechlabError(
+                f"motor on {self.on!r}: expected stall and no_load_rate of one sign, so that the torque falls with the rate, "
+                f"got {self.stall!r} and {self.no_load_rate!r}."
+            )
+
     def force(self, t: float, plant: Plant) -> Mapping[str, float]:
         """The torque at the present rate."""
         return {self.on: self.stall * (1.0 - plant.rate(self.on) / self.no_load_rate)}

@@ -10,7 +10,8 @@ from typing import ClassVar
 from mechlab.errors import MechlabError
 from mechlab.experiment.laws.loads import Constant
 from mechlab.experiment.laws.protocol import Law, OnOne, Plant, register
-from mechlab.values import one_number
+from mechlab.mechanism.model import Mechanism
+from mechlab.values import Quantity, in_unit, one_number
 
 LawFunction = Callable[[float, Plant], float]
 """f(t, plant) -> force on one joint or shaft [N m or N]; t [s]; the plant answers `value(name)`, `rate(name)` and more."""
@@ -73,9 +74,35 @@ def _in_numbers(law: Law) -> Law:
     if not texts:
         return law
     what = f"law {law.kind} on {', '.join(law.targets())}"
-    numbers = {name: float(one_number(f"{what}: {name}", text)) for name, text in texts.items()}
+    numbers = {name: one_number(f"{what}: {name}", text) for name, text in texts.items()}
     made: Law = replace(law, **numbers)  # type: ignore[type-var]
     return made
+
+
+_FORCE, _ANGLE = ("N m", "N"), ("rad", "rad")
+UNITS = {
+    "value": _FORCE, "amplitude": _FORCE, "offset": _FORCE, "limit": _FORCE, "feedforward": _FORCE, "stall": _FORCE,
+    "frequency": ("rad/s", "rad/s"), "phase": _ANGLE, "no_load_rate": ("rad/s", "m/s"), "at": ("rad", "m"),
+    "stiffness": ("N m/rad", "N/m"), "damping": ("N m s/rad", "N s/m"), "coefficient": ("N m s/rad", "N s/m"),
+    "power": ("W", "W"), "voltage": ("V", "V"), "resistance": ("ohm", "ohm"), "current": ("A", "A"), "neglected": ("s", "s"),
+}
+"""Number of a law -> its SI unit where the law acts on an angle, on a length. The others take plain numbers."""
+
+
+def with_units(law: Law) -> list[str]:
+    """Names of the numbers of a law that were written with a unit."""
+    names: list[str] = [f.name for f in fields(law)] if is_dataclass(law) else []
+    return [n for n in names if isinstance(getattr(law, n), Quantity)]
+
+
+def check_units(law: Law, m: Mechanism) -> None:
+    """Raise MechlabError for a number of the law that was written with a unit which does not fit what the law acts on."""
+    shafts = {s.name: any(n in m.slides for n, _ in s.coefficients) for s in m.shafts}
+    turns = any(on not in m.slides for on in law.targets())
+    slides = any(on in m.slides or shafts.get(on, False) for on in law.targets())  # a shaft over slides may be of either kind
+    for name in with_units(law):
+        units = [u for u, fits in zip(UNITS.get(name, ("", "")), (turns, slides), strict=True) if fits]
+        in_unit(f"{m.name}: law {law.kind} on {', '.join(law.targets())}: {name}", getattr(law, name), *dict.fromkeys(units))
 
 
 def _law_on(on: str, what: LawFunction | float | str) -> Law:

@@ -41,7 +41,7 @@ def _rows(report: CheckReport) -> list[list[str]]:
 
 @line_of.register
 def _(report: ClaimReport) -> str:
-    return f"{counted(len(report.items), 'claim')}: {_counts(report)}"
+    return f"{counted(len(report.items), 'claim')}: {_counts(report)}" if report.items else "no claims of a source"
 
 
 @text_of.register
@@ -59,7 +59,10 @@ def _(report: ClaimReport) -> str:
         names = ", ".join(f"{m} {f.name}" for m, f in report.available)
         drawn = [f"Figures of the sources: {names}. --figure N -o FILE draws one."]
     told = [f"warning: {w}" for w in report.warnings]
-    return "\n\n".join([*blocks, f"{len(report.items)} claims: {_counts(report)}.", *drawn, *told])
+    counts = f"{counted(len(report.items), 'claim')}: {_counts(report)}."
+    if not report.items:
+        counts = "No claims of a source; `mechlab claims` lists those of all entries."
+    return "\n\n".join([*blocks, counts, *drawn, *told])
 
 
 def _figure_text(drawn: Drawn) -> str:
@@ -71,4 +74,4 @@ def _figure_text(drawn: Drawn) -> str:
 
 def _counts(report: ClaimReport) -> str:
     """How many claims got which verdict, by its first words."""
-    return ", ".join(f"{n} {name.partition(',')[0]}" for name, n in report.counts.items() if n) or "none"
+    return ", ".join(f"{n} {name.partition(',')[0]}" for name, n in report.counts.items() if n)

@@ -34,6 +34,7 @@ from mechlab.studies.cycle.quantities import (
     reactions,
     shaking,
     transmission,
+    without_guides,
     witness_difference,
 )
 
@@ -149,7 +150,7 @@ class Course:
             units |= {f"shaking_f{letter}": "N", f"shaking_m{letter}": "N m"}
         if self.aim is not None:
             more, more_units = transmission(m, drive, self.aim, poses)
-            columns |= more
+            columns |= without_guides(more)
             units |= more_units
         if self.normal is not None:
             columns |= (centres := instant_centres(m, poses, self.normal))

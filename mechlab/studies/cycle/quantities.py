@@ -188,6 +188,16 @@ def transmission(
     return columns, units
 
 
+GUIDES = 1e-9
+"""A pin passes nothing on where its transmission angle [rad] is below this all along the path."""
+
+
+def without_guides(columns: dict[str, Array]) -> dict[str, Array]:
+    """The columns of `transmission` along a path, NaN for the pins of links that only guide: their force is always normal to the
+    motion, so that no share of the load passes (in Stephenson's six-bar the rocker, where the load is on the second dyad)."""
+    return {n: np.full_like(x, np.nan) if n.endswith("_angle") and not np.any(x > GUIDES) else x for n, x in columns.items()}
+
+
 FINE = 1e-7
 """Width at which the search for an extremum ends, relative to the interval searched. The value is then exact to
 rounding at a smooth extremum; at a kink its error is this share of the change between samples."""

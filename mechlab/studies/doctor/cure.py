@@ -90,7 +90,10 @@ def _value(run: TrialRun | None, of: Callable[[TrialRun], float]) -> float | Non
 def cure_file(path: Path, out: Path, read: Callable[[Path], ModelFile], overwrite: bool = False) -> Cure:
     """Write the cured copy of an MJCF file; raises MechlabError for other files, and where `out` is the file itself."""
     if path.suffix.lower() != ".xml":
-        raise MechlabError(f"cannot cure {path}: only an MJCF file (.xml) has the settings that a cure changes.")
+        raise MechlabError(
+            f"cannot cure {path}: only an MJCF file (.xml) has the settings that a cure changes. "
+            "The loops of a URDF are closed by a YAML beside it; `mechlab generate FILE.urdf -o DIR` writes an MJCF of it."
+        )
     if out.suffix.lower() != ".xml":
         raise MechlabError(f"cannot write the cured file to {out}: expected a name that ends in .xml.")
     if os.path.realpath(out) == os.path.realpath(path) and not overwrite:

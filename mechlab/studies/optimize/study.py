@@ -30,7 +30,7 @@ from mechlab.studies.optimize.report import draw, rows
 from mechlab.studies.optimize.result import Optimum
 from mechlab.studies.optimize.search import LEVELS, MEMBERS, SHARE, fewest, search
 from mechlab.studies.optimize.search import front as front_of
-from mechlab.tables import csv_text
+from mechlab.tables import counted, csv_text
 
 EACH = 250
 """Evaluations for each variable where no number is given."""
@@ -91,8 +91,8 @@ def optimize(
     count = EACH * len(variables) if evaluations is None else evaluations
     if count < fewest(len(variables)):
         raise MechlabError(
-            f"evaluations: a search over {len(variables)} variable{'s' if len(variables) > 1 else ''} tries at least "
-            f"{fewest(len(variables))} designs before it refines the best; expected so many or more, got {count}."
+            f"evaluations: a search over {counted(len(variables), 'variable')} tries a first generation of designs before it refines "
+            f"the best; expected {fewest(len(variables))} or more, got {count}."
         )
     problem = OptimisationProblem(
         start_design, variables, goal, read_constraints(spelled, measure.units) if spelled else (), measure
