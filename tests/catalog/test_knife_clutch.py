@@ -9,8 +9,8 @@ import pytest
 import mechlab as ml
 from mechlab.analytic import gear_linkage as closed_form
 from mechlab.catalog.gear_linkage import ENTRY as LINKAGE
-from mechlab.catalog.gear_linkage.claims_clutch import STEP, energy_lost, engage, inertia
-from mechlab.catalog.gear_linkage.clutch import Parameters, build, clutch_law
+from mechlab.catalog.gear_linkage.claims_clutch import STEP, energy_lost, engage
+from mechlab.catalog.gear_linkage.clutch import Parameters, build, clutch_law, inertia
 from mechlab.catalog.knife_clutch import ENTRY
 from mechlab.catalog.knife_drive import ENTRY as DRIVE
 from mechlab.engines.protocol import engine
