@@ -244,13 +244,19 @@ def test_what_is_imported_is_declared() -> None:
     text = (ROOT / "pyproject.toml").read_text("utf-8")
     declared = {d.lower() for d in re.findall(r'^    "([A-Za-z0-9_.-]+)(?:>=|==)', text, re.M)}
     homes = packages_distributions()
+
+    def undeclared(names: set[str]) -> list[str]:
+        given = {n: {OTHER_NAMES.get(n, n), *homes.get(n, [])} for n in names - {"mechlab", *sys.stdlib_module_names}}
+        return [n for n, others in given.items() if not {d.lower().replace("_", "-") for d in others} & declared]
+
     for path in (ROOT / "mechlab").rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
-            names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
-            names += [node.module or ""] if isinstance(node, ast.ImportFrom) and not node.level else []
-            for name in {n.split(".")[0] for n in names} - {"mechlab", *sys.stdlib_module_names}:
-                given = {OTHER_NAMES.get(name, name), *homes.get(name, [])}
-                assert {d.lower().replace("_", "-") for d in given} & declared, f"{path}: {name}"
+        text = path.read_text("utf-8")
+        if not undeclared(set(re.findall(r"^ *(?:import|from) (\w+)", text, re.M))):
+            continue  # what looks like an import may be a word in a text
+        nodes = list(ast.walk(ast.parse(text)))
+        found = {a.name for n in nodes if isinstance(n, ast.Import) for a in n.names}
+        found |= {n.module or "" for n in nodes if isinstance(n, ast.ImportFrom) and not n.level}
+        assert not (missing := undeclared({n.split(".")[0] for n in found} - {""})), f"{path}: {missing}"
 
 
 # -- files that hold no mechanism -------------------------------------------------------------------------------------------

@@ -5,9 +5,10 @@ import pytest
 
 from mechlab import api
 from mechlab.catalog.prosthetic_leg.build import Parameters, body
+from mechlab.catalog.prosthetic_leg.stance import at_rest, statics
 from mechlab.cli import main
 from mechlab.engines.protocol import WITNESSES
-from mechlab.errors import MechlabError
+from mechlab.errors import MechlabError, NoSolution
 
 
 def test_springs_fitted_to_a_stiffness() -> None:
@@ -53,8 +54,33 @@ def test_a_damped_run_ends_where_statics_say() -> None:
     assert final["ankle"] == pytest.approx(rest["ankle"], abs=3e-4)
 
 
-@pytest.mark.parametrize(("keys", "word"), [("stance_load=-5000", "nothing presses"), ("stance_load=0 C_shin=0", "without a spring")])
+def test_the_load_at_which_the_leg_buckles() -> None:
+    """By hand: thigh and shin of one length l, locks h (hip, in series with that of the trunk) and k (knee), a load P at the end:
+    (h - 2 P l)(k - P l) = (P l)^2. Parts of the weight that act above the end, and the ankle, change this by 2 %."""
+    p = Parameters()
+    b = body(p)
+    weight = p.gravity * (b.trunk.mass + b.hitch_mass + b.thigh.mass + b.shin.mass)
+    low, high = 1000.0, 10000.0
+    while high - low > 1.0:
+        middle = 0.5 * (low + high)
+        try:
+            statics(p, middle)
+            low = middle
+        except NoSolution:
+            high = middle
+    length = 0.5 * (b.thigh.length + b.shin.length) - 0.5 * sum((low + weight) / np.array(p.fitted_springs[1:]))
+    hip, knee = 1.0 / (1.0 / 5e3 + 1.0 / 5e4), 5e3
+    assert low + weight == pytest.approx(min(np.roots([1.0, -hip - 2.0 * knee, hip * knee])) / length, rel=0.03)
+    for name in WITNESSES:  # below it the engines stand, above they find no rest
+        assert at_rest(name, p, 0.98 * low)[0]["ankle"] > 0.0
+        with pytest.raises(NoSolution):
+            at_rest(name, p, 1.05 * low)
+
+
+@pytest.mark.parametrize(("keys", "word"),
+                         [("stance_load=-5000", "nothing presses"), ("stance_load=0 C_shin=0", "without a spring"),
+                          ("stance_load=5000", "it buckles"), ("stance_load=1e6", "more than 0.5 rad")])  # fmt: skip
 def test_no_rest(keys: str, word: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["solve", "prosthetic_leg", *keys.split()]) != 0
+    assert main(["solve", "prosthetic_leg", *keys.split()]) == 4
     said = capsys.readouterr()
     assert word in said.out + said.err and "Traceback" not in said.err

@@ -70,6 +70,7 @@ def test_every_kept_output_can_be_seen(path: Path) -> None:
 
 
 @pytest.mark.machine
+@pytest.mark.printed
 @pytest.mark.parametrize("path", LESSONS, ids=lambda p: p.stem)
 def test_kept_outputs_are_current(path: Path, ran: dict[str, tuple[dict[str, Any], list[Any]]]) -> None:
     """Words to the letter; numbers to 1 %, and not below 1e-4, where the last digits of a residual are the machine's."""
@@ -82,6 +83,7 @@ def test_kept_outputs_are_current(path: Path, ran: dict[str, tuple[dict[str, Any
         np.testing.assert_allclose(a, b, rtol=1e-2, atol=1e-4)
 
 
+@pytest.mark.printed
 def test_a_loop_in_twenty_lines(ran: dict[str, tuple[dict[str, Any], list[Any]]]) -> None:
     names = ran["1_a_loop_in_twenty_lines"][0]
     source = next(c for c in notebooks.read(LESSONS[0])["cells"] if c["cell_type"] == "code")["source"]
@@ -113,6 +115,7 @@ def test_a_loop_in_twenty_lines(ran: dict[str, tuple[dict[str, Any], list[Any]]]
     assert np.abs(gap).max() < 1e-5
 
 
+@pytest.mark.printed
 def test_the_printed_law_that_fails(ran: dict[str, tuple[dict[str, Any], list[Any]]]) -> None:
     names = ran["6_the_printed_law_that_fails"][0]
     p = names["train"].parameters
@@ -131,6 +134,7 @@ def test_the_printed_law_that_fails(ran: dict[str, tuple[dict[str, Any], list[An
     assert min(names["slopes"].values()) > 0
 
 
+@pytest.mark.printed
 def test_fast_or_right(ran: dict[str, tuple[dict[str, Any], list[Any]]]) -> None:
     names = ran["5_fast_or_right"][0]
     soft = [p for p in names["found"].points if p.default and p.ok]
@@ -149,6 +153,7 @@ def test_fast_or_right(ran: dict[str, tuple[dict[str, Any], list[Any]]]) -> None
         assert math.hypot(names["careful"].at("x", t) - x, names["careful"].at("y", t) - y) < 1e-4  # as asked
 
 
+@pytest.mark.printed
 def test_drive_it(ran: dict[str, tuple[dict[str, Any], list[Any]]]) -> None:
     names = ran["3_drive_it"][0]
     # by hand: cart M = 1, two arms m = 0.5 of uniform mass, the bar across n = 0.2 only translates; lean a, cart x with drag 0.5:
@@ -181,6 +186,7 @@ def test_drive_it(ran: dict[str, tuple[dict[str, Any], list[Any]]]) -> None:
     np.testing.assert_allclose(momentum, done, atol=1e-4)
 
 
+@pytest.mark.printed
 def test_your_robots_file(ran: dict[str, tuple[dict[str, Any], list[Any]]]) -> None:
     names, outputs = ran["4_your_robots_file"]
     # where two circles meet, as in the first lesson, in the angles of the file: 1, -0.6 and 1.6 rad are in its origins
@@ -226,6 +232,7 @@ def test_your_robots_file(ran: dict[str, tuple[dict[str, Any], list[Any]]]) -> N
     assert apart["soft.xml"] > 1e-2 and apart["cured.xml"] < 1e-4
 
 
+@pytest.mark.printed
 def test_gears_on_a_moving_carrier(ran: dict[str, tuple[dict[str, Any], list[Any]]]) -> None:
     names = ran["2_gears_on_a_moving_carrier"][0]
     # Willis: z_s (w_s - w_c) = -z_r (w_r - w_c)

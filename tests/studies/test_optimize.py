@@ -227,7 +227,7 @@ def _delta_optimum() -> float:
 
 @pytest.mark.slow
 def test_delta_task_finds_the_optimum() -> None:
-    found = ml.optimize("delta6")
+    found = ml.optimize("delta6", evaluations=80)
     assert found.best is not None
     assert found.best.values["reach"] == pytest.approx(_delta_optimum(), rel=1e-5)
     assert any("radial_offset at its highest" in a for a in found.active)

@@ -29,9 +29,13 @@ from mechlab.errors import NoSolution
 from mechlab.experiment.question import Answer, Question
 from mechlab.kit.questions import for_engines
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.newton import Status
 
 JOINTS = ("trunk_z", "hitch", "thigh", "shin", "ankle")
+BUCKLES = "the straight leg does not bear this load: it buckles at hip and knee, whose locks give way"
 ANSWERS = (*JOINTS, "leg_stiffness", "stiffness_on_floor")
+LARGEST_TURN = 0.5
+"""Turn of the foot up to which its rest is looked for [rad]."""
 PROBE = 1.0
 """Additional load by which a stiffness is found [N]."""
 
@@ -41,7 +45,7 @@ def statics(p: Parameters, load: float) -> dict[str, float]:
 
     Each slide carries what is above it. The foot turns by theta about the ankle until heel and toe, each a spring of FLOOR_STIFFNESS
     where it is below the floor, balance its weight and the spring of the ankle, behind which the leg leans a little. Raises NoSolution
-    where the leg would be torn off the floor, or a spring is missing.
+    where the leg would be torn off the floor, where it buckles, or where a spring is missing.
     """
     from scipy.optimize import brentq
 
@@ -68,7 +72,9 @@ def statics(p: Parameters, load: float) -> dict[str, float]:
         weight = b.foot.mass * g * (b.foot_forward * c + b.foot_drop * s)
         return float(forces @ x) - weight - stiffness * theta, height
 
-    theta = float(brentq(lambda x: contact(x)[0], -0.5, 0.5, xtol=1e-15))
+    if contact(-LARGEST_TURN)[0] * contact(LARGEST_TURN)[0] > 0.0:
+        raise NoSolution(f"prosthetic_leg: under a load of {load:g} N the foot turns by more than {LARGEST_TURN:g} rad.")
+    theta = float(brentq(lambda x: contact(x)[0], -LARGEST_TURN, LARGEST_TURN, xtol=1e-15))
     straight = hip_height(p) - b.sole
     trunk = contact(theta)[1] - hitch + straight - thigh - shin - hip_height(p)
     return {"trunk_z": trunk, "hitch": hitch, "thigh": -thigh, "shin": -shin, "ankle": theta * stiffness / p.ankle_stiffness
@@ -88,17 +94,19 @@ def _stands(p: Parameters, load: float) -> None:
 def _lean(p: Parameters, on_ankle: float, thigh_sinks: float, shin_sinks: float) -> float:
     """Turn of the shin per moment that the ankle's spring puts on it [rad/(N m)], to first order in the small turns of trunk, hip and
     knee: their locks against that moment, and against the weight that the leaning leg carries (`on_ankle` [N] at its end). Thigh and shin
-    are shorter by what their slides sink [m]."""
+    are shorter by what their slides sink [m]. Raises NoSolution where the weight buckles the leg in spite of its locks and of the ankle."""
     b, g = body(p), p.gravity
     k_hip, k_knee, k_trunk = (HELD[n][0] for n in ("hip", "knee", "trunk"))
     shin = on_ankle * (b.shin.length - shin_sinks) - b.shin.mass * g * b.shin.com
     thigh = (on_ankle - b.shin.mass * g) * (b.thigh.length - thigh_sinks) - b.thigh.mass * g * b.thigh.com
     rows = np.array([  # trunk, hip, knee: lock, less the weight on what leans
-        [k_trunk - b.trunk.mass * g * b.trunk.com, -k_hip, 0.0],
+        [k_trunk - b.trunk.mass * g * b.trunk.com - thigh - shin, -thigh - shin, -shin],
         [-thigh - shin, k_hip - thigh - shin, -shin],
         [-shin, -shin, k_knee - shin],
     ])  # fmt: skip
-    return float(np.linalg.solve(rows, [0.0, 1.0, 1.0]).sum())
+    if np.linalg.eigvalsh(rows + p.ankle_stiffness)[0] <= 0.0:  # the ankle's spring feels the sum of the three
+        raise NoSolution(f"prosthetic_leg: {BUCKLES}.")
+    return float(np.linalg.solve(rows, np.ones(3)).sum())
 
 
 def at_rest(name: str, p: Parameters, load: float) -> tuple[dict[str, float], float]:
@@ -133,6 +141,8 @@ def at_rest(name: str, p: Parameters, load: float) -> tuple[dict[str, float], fl
             break
     else:
         raise NoSolution(f"prosthetic_leg: {name} finds no rest of the leg under a load of {load:g} N.")
+    if np.linalg.eigvalsh(0.5 * (slopes + slopes.T))[0] <= 0.0:
+        raise NoSolution(f"prosthetic_leg: {BUCKLES}.")
     plant.set(q, np.zeros(n))
     joints = {j: float(q[m.q_slice[j].start]) for j in FREE["full"]}
     return joints, joints["trunk_z"] - float(plant.point("ankle_point")[2])
@@ -166,7 +176,7 @@ def _asked(ask: Callable[..., Answer]) -> Callable[..., Answer]:
         try:
             return ask(*known)
         except NoSolution as never:
-            return Answer(cannot=str(never))
+            return Answer(status=Status.NO_REGIME, notes=(str(never).removeprefix("prosthetic_leg: ").removesuffix("."),))
 
     return witness
 
