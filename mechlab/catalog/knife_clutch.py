@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from mechlab.catalog.bibliography import GEAR_LEVERS
-from mechlab.catalog.gear_linkage.clutch import Parameters, build, clutch_law
+from mechlab.catalog.gear_linkage.clutch import Parameters, brake_law, build, clutch_law, inertia
 from mechlab.catalog.gear_linkage.knife import SIDES
 from mechlab.experiment.entry import SceneRecipe
 from mechlab.experiment.laws import Motor
@@ -34,10 +34,20 @@ def engagement(p: Parameters, fidelity: str) -> Scene:
                  settings=Settings(timestep=STEP), drives="free", text=ENGAGED)  # fmt: skip
 
 
+def stopping(p: Parameters, fidelity: str) -> Scene:
+    """The clutch has opened after a turn of the crankshaft, and its brake stops it where it rested; the main shaft runs on."""
+    way = inertia(p) * p.no_load**2 / (2.0 * p.brake)
+    law = brake_law(p, (Motor("shaft", p.stall, p.no_load),), STEP)
+    return Scene("stopping", fidelity, 2.5 * inertia(p) * p.no_load / p.brake + 20.0 * STEP, (law,), {"shaft": 0.0, "crank": -way},
+                 {"shaft": p.no_load, "crank": p.no_load}, channels=("shaft_rate", "crank_rate", "crank_force"), tolerance=1e-3,
+                 settings=Settings(timestep=STEP), drives="free", text=STOPPED)  # fmt: skip
+
+
+STOPPED = "after the turn the clutch opens, and the brake of the crankshaft takes its whole energy; the main shaft runs on"
 ENGAGED = "the clutch closes onto the resting crankshaft, slips, sticks, and both knives cut"
 BASE = builder_entry(
     "knife_clutch", "Knife drive with a clutch", "press",
-    summary="A clutch takes the knives of a three-knife cutter round once: two freedoms, a jerk and a loss each time that it closes.",
+    summary="A clutch takes the knives of a three-knife cutter round once: two freedoms, a jerk and a loss as it closes and as it opens.",
     use="Paper cutters at low speed; presses with a one-turn clutch.", origin="the usual drive that a paper of 1995 replaces",
     parameters=Parameters, build=build, path=lambda p: {"shaft": (0.0, 2 * math.pi), "crank": (0.0, 2 * math.pi)}, closed=each(places),
     sliders=("clutch", "flywheel"),
@@ -50,4 +60,5 @@ BASE = builder_entry(
     chain="R, R with (RRP) twice", formulas="lost when the clutch closes: J1 J2 / (J1 + J2) w^2 / 2, whatever its torque.",
     sources=(GEAR_LEVERS.citation,),
 )  # fmt: skip
-ENTRY = replace(BASE, scenes={**BASE.scenes, "engagement": SceneRecipe(engagement, "full", ENGAGED)})
+SCENES = {"engagement": SceneRecipe(engagement, "full", ENGAGED), "stopping": SceneRecipe(stopping, "full", STOPPED)}
+ENTRY = replace(BASE, scenes={**BASE.scenes, **SCENES})

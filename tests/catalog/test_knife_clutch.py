@@ -9,8 +9,8 @@ import pytest
 import mechlab as ml
 from mechlab.analytic import gear_linkage as closed_form
 from mechlab.catalog.gear_linkage import ENTRY as LINKAGE
-from mechlab.catalog.gear_linkage.claims_clutch import STEP, energy_lost, engage, inertia
-from mechlab.catalog.gear_linkage.clutch import Parameters, build, clutch_law
+from mechlab.catalog.gear_linkage.claims_clutch import STEP, energy_lost, engage
+from mechlab.catalog.gear_linkage.clutch import Parameters, build, clutch_law, inertia
 from mechlab.catalog.knife_clutch import ENTRY
 from mechlab.catalog.knife_drive import ENTRY as DRIVE
 from mechlab.engines.protocol import engine
@@ -60,6 +60,21 @@ def test_the_loss_with_knives(who: str) -> None:
     loss, _ = closed_form.engagement(P.flywheel, inertia(P), P.no_load, P.clutch)
     # The crankshaft turns 0.01 rad while the clutch slips, over which its inertia changes by some per cent.
     assert energy_lost(P, engage(who, P)) == pytest.approx(loss, rel=5e-3)
+
+
+@pytest.mark.parametrize("who", ["mujoco", "pinocchio", "hybrid"])
+def test_the_brake_stops_the_crankshaft_where_it_rested(who: str) -> None:
+    """It takes J w^2 / 2 over the angle J w^2 / (2 torque) and the time J w / torque; the inertia changes by some per cent over it."""
+    run = ml.simulate(ENTRY, scene="stopping", engine=who)
+    J, w = inertia(P), P.no_load
+    assert run.channel("crank_rate")[-1] == pytest.approx(0.0, abs=1e-6)
+    # a hundredth of the angle, and the capture, of first order in its time of a step
+    assert run.channel("crank")[-1] == pytest.approx(0.0, abs=0.01 * J * w * w / (2.0 * P.brake) + 1.5 * w * STEP)
+    assert energy_lost(P, run) == pytest.approx(0.5 * J * w * w, rel=0.01)
+    stops = float(run.t[np.argmax(run.channel("crank_rate") < 1e-3 * w)])
+    assert stops == pytest.approx(J * w / P.brake, abs=9.0 * STEP)
+    np.testing.assert_allclose(run.channel("shaft_rate"), w, rtol=1e-9)  # at the no-load speed the motor gives nothing
+    assert np.abs(run.channel("crank_force")).max() <= P.brake * (1.0 + 1e-12)
 
 
 def test_torque_in_the_cut_against_the_linkages_in_motion() -> None:

@@ -93,6 +93,19 @@ def test_where_nothing_closes_there_is_no_solution(tmp_path: Path, capsys: pytes
     assert main(["solve", "assur", f"links={file}", "crank=180deg"]) == 4
 
 
+def test_where_a_part_moves_with_the_drives_held(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A rhombus folded onto its ground: A lies on D, so that B may be anywhere on a circle; elsewhere it has two modes."""
+    rhombus = {"fixed": {"O": [0, 0], "D": [1, 0]}, "links": {"a": ["O", "A", 1], "b": ["A", "B", 1], "c": ["B", "D", 1]}, "drives": ["a"]}
+    file = write(tmp_path, rhombus)
+    assert main(["solve", "assur", f"links={file}", "a=0"]) == 3
+    said = capsys.readouterr()
+    assert "a part moves freely though the drives are held" in said.out and "no assembly" not in said.out + said.err
+    found = api.solve("assur", links=file, a=np.radians([-90.0, 0.0, 45.0, 120.0]))
+    assert found.exit_code == 0 and "at 1 position, the first of them 2 (a = 0 deg)" in str(found.to_dict()["message"])
+    for witness in ("homotopy", "newton"):
+        assert list(found[witness]["mode_count"]) == [2.0, 0.0, 2.0, 2.0]
+
+
 @pytest.mark.parametrize(
     ("change", "keys", "word"),
     [

@@ -11,7 +11,7 @@ import numpy as np
 
 from mechlab.analytic import gear_linkage as closed_form
 from mechlab.catalog.gear_linkage.claims import LEDGER
-from mechlab.catalog.gear_linkage.clutch import ROD_MASS, Parameters, build, clutch_law
+from mechlab.catalog.gear_linkage.clutch import Parameters, build, clutch_law, inertia
 from mechlab.engines.protocol import WITNESSES as ENGINES
 from mechlab.engines.protocol import engine
 from mechlab.experiment.recording import Recording
@@ -53,11 +53,6 @@ def shock_loads() -> Evidence:
         share=100.0 * values[0, 1] / (2.0 * p.cutting_force * p.stack), over=p.clutch / cut_torque,
         slip=1e3 * closed_form.engagement(p.flywheel, inertia(p), 6.0, p.clutch)[1],
     )  # fmt: skip
-
-
-def inertia(p: Parameters) -> float:
-    """Inertia of the resting crankshaft with rods and knives [kg m2]."""
-    return closed_form.crank_inertia(p.knife, [p.pin("sides"), p.pin("front")], p.crankshaft, p.knife_mass, ROD_MASS)
 
 
 def engage(who: str, p: Parameters, duration: float = SHORT) -> Recording:

@@ -7,6 +7,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from mechlab.analytic.gear_linkage import crank_inertia
 from mechlab.catalog.gear_linkage.knife import SIDES, Knives
 from mechlab.experiment.held_rates import HeldRates, RateHold
 from mechlab.experiment.laws import Law
@@ -24,6 +25,7 @@ class Parameters(Knives):
 
     crankshaft: float = parameter(0.5, "kg m2", "crankshaft with the driven half of the clutch", low=0, strict=True)
     clutch: float = parameter(1000.0, "N m", "friction torque of the clutch", low=0, strict=True)
+    brake: float = parameter(1000.0, "N m", "friction torque of the brake that stops the crankshaft after its turn", low=0, strict=True)
 
     def pin(self, side: str) -> float:
         """Angle of a knife's pin on the crankshaft [rad]: that of the side knives is up where the crankshaft rests."""
@@ -33,6 +35,16 @@ class Parameters(Knives):
 def clutch_law(p: Parameters, others: Sequence[Law], time: float) -> HeldRates:
     """The closed clutch, dry friction between both shafts, with the other laws of the scene; time: that of the capture [s]."""
     return HeldRates((RateHold((("crank", 1.0), ("shaft", -1.0)), 0.0, -p.clutch, p.clutch),), tuple(others), time)
+
+
+def brake_law(p: Parameters, others: Sequence[Law], time: float) -> HeldRates:
+    """The open clutch, and the brake on the crankshaft, with the other laws of the scene; time: that of the capture [s]."""
+    return HeldRates((RateHold("crank", 0.0, -p.brake, p.brake),), tuple(others), time)
+
+
+def inertia(p: Parameters) -> float:
+    """Inertia of the resting crankshaft with rods and knives [kg m2]."""
+    return crank_inertia(p.knife, [p.pin("sides"), p.pin("front")], p.crankshaft, p.knife_mass, ROD_MASS)
 
 
 def build(p: Parameters) -> Mechanism:

@@ -11,8 +11,9 @@ import numpy as np
 
 from mechlab.analytic import gear_linkage as closed_form
 from mechlab.catalog.bibliography import GEAR_LEVERS
-from mechlab.catalog.gear_linkage.claims_clutch import engage, inertia
+from mechlab.catalog.gear_linkage.claims_clutch import engage
 from mechlab.catalog.gear_linkage.clutch import Parameters as ClutchParameters
+from mechlab.catalog.gear_linkage.clutch import inertia
 from mechlab.catalog.gear_linkage.knife import Parameters
 from mechlab.experiment.figure import Curve, Drawing, Mark, Note, Panel, Reading, SourceFigure
 from mechlab.mechanism.geometry import Array

@@ -6,7 +6,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,7 @@ from mechlab.mechanism import Status
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.direct.keys import known_keys, number_of
 from mechlab.studies.picture_style import new_figure, open_frame, save_figure
+from mechlab.tables import counted
 
 NAME = "assur"
 FILES = {"table": (".csv",), "curves": (".png", ".svg", ".pdf")}
@@ -67,6 +68,9 @@ def solve_assur(values: Mapping[str, Any]) -> Answers:
     if len(asked.angles) * STARTS * found.bound <= MOST_TRIALS:
         tried = modes_by_trial(linkage, asked.angles, asked.rates, asked.accels, STARTS)
         answers["newton"] = _answer(asked, tried, False)
+        loose = tried.count > found.bound  # more than there can be separate ones
+        if loose.any():
+            answers = _with_loose(asked, answers, found, tried, loose)
     else:
         answers["newton"] = Answer(cannot=f"it tries {MOST_TRIALS} random starts at most; ask for fewer positions")
     if "table" in values:
@@ -124,6 +128,22 @@ def _one_position(asked: Asked, found: LinkModes, status: Status, notes: list[st
         status, notes = Status.BOUNDARY, [*notes, "two modes merge here: rates do not exist"]
         values = {k: v for k, v in values.items() if not k.endswith(("_rate", "_accel"))}
     return Answer(values, status, tuple(notes))
+
+
+def _with_loose(asked: Asked, answers: Mapping[str, Answer], found: LinkModes, tried: LinkModes, loose: np.ndarray) -> dict[str, Answer]:
+    """The answers where, at some positions, a part moves though all drives are held: no finite number of modes."""
+    first, drive = int(np.argmax(loose)), asked.linkage.drives
+    where = "here" if asked.single else f"at {counted(int(loose.sum()), 'position')}, the first of them {first + 1}" + (
+        f" ({drive[0]} = {np.degrees(asked.angles[first, 0]):.6g} deg)" if drive else "")  # fmt: skip
+    note = (
+        f"{where} a part moves freely though the drives are held: trials close it in {int(tried.count[first])} places, "
+        f"separate modes there are at most {found.bound}"
+    )
+    if asked.single:
+        return {who: Answer({}, Status.MODES_MERGE, (note,) if who == "homotopy" else ()) for who in answers}
+    counts = {who: {"mode_count": np.where(loose, 0, x.count).astype(float)} for who, x in (("homotopy", found), ("newton", tried))}
+    notes = {"homotopy": (*answers["homotopy"].notes, f"{note}; counted as 0"), "newton": ()}
+    return {who: replace(a, values=counts[who], notes=notes[who]) for who, a in answers.items()}
 
 
 def _branch(asked: Asked, found: LinkModes, number: np.ndarray, branch: int) -> dict[str, Any]:
