@@ -34,6 +34,9 @@ TOLERANCE_SHARE = 2.0
 0.5 s from 1e-8 to 1e-9)."""
 LONG_STEPS = 1.5
 """Two runs with steps longer than the distance of the outputs may agree by chance: their change counts so many times."""
+PATIENCE = 2.0
+"""A run is stopped when it takes so many times the work that was expected of it, while other methods may be cheaper; it may be made
+again, with twice as much."""
 KINK_RATIO = 16.0
 """With kinks in the motion the error is estimated as at least the change before the last over this ratio."""
 
@@ -47,8 +50,9 @@ class RefinedMethod:
     end; done [s], cpu_s: of all runs; failures: number of runs that failed; ended: why no sharper run can be made;
     recaptured: the best run once more, with half the time in which held rates are captured. longest: the longest first step,
     in distances of the outputs (a power of 2); a run with longer steps has fewer outputs, at its steps. dense: the last run at all
-    outputs, where its steps are longer; filled: the error that this adds, once `fill` was called. record: makes the Recording of the
-    scene with some settings, where states alone do not make one; recorded: those of the last two runs, by their steps.
+    outputs, where its steps are longer; filled: the error that this adds, once `fill` was called. stopped: work [s] after which the
+    next run was stopped, as it took much more than expected. record: makes the Recording of the scene with some settings, where states
+    alone do not make one; recorded: those of the last two runs, by their steps.
     """
 
     rule: MethodRule
@@ -71,6 +75,7 @@ class RefinedMethod:
     longest: int = 1
     dense: DenseStates | None = None
     filled: float | None = None
+    stopped: float = 0.0
     record: Callable[[Settings], Recording] | None = None
     recorded: dict[float, Recording] = field(default_factory=dict)
 
@@ -140,6 +145,10 @@ class RefinedMethod:
         """Expected work [s] of the next run; infinite where there is none."""
         if self.ended:
             return math.inf
+        return max(self._expected_next, 2.0 * self.stopped)
+
+    @property
+    def _expected_next(self) -> float:
         if not self.traces:
             value = self._next()
             if value is None:
@@ -192,16 +201,20 @@ class RefinedMethod:
         if value is None:
             self.ended = self.ended or "its sharpest setting was used"
             return
+        allowed = min(budget, max(PATIENCE * self.next_cost, 0.05))
         try:
-            with work_limit(max(budget, 0.05)):
+            with work_limit(allowed):
                 trace, work = self._run(self.problem, value)
         except OutOfWork:
+            self.stopped = allowed
+            if allowed < budget:
+                return
             self.ended = f"its next run would take more than {budget:.2g} s of work"
             return
         except (MechlabError, ArithmeticError, ValueError, np.linalg.LinAlgError) as cause:
             self._note_failure(str(cause))
             return
-        self.work, self.filled = work, None
+        self.work, self.filled, self.stopped = work, None, 0.0
         if not trace.complete or not np.all(np.isfinite(trace.q)) or len(trace.q) != self._outputs(value) + 1:
             self.values.append(value)
             self._note_failure(trace.reason or "the state is not finite")
@@ -289,12 +302,14 @@ class RefinedMethod:
     def _run(self, problem: Problem, value: float) -> tuple[Trace, float]:
         """A run and its work [s], which is added to `done`, its CPU time to `cpu_s`."""
         before = work_done()
-        if self._records and problem is self.problem:
-            trace = self._recorded_run(value)
-        else:
-            trace = self.method.run(replace(problem, outputs=self._outputs(value)), value)
-        work = work_done() - before
-        self.done += work
+        try:
+            if self._records and problem is self.problem:
+                trace = self._recorded_run(value)
+            else:
+                trace = self.method.run(replace(problem, outputs=self._outputs(value)), value)
+        finally:
+            work = work_done() - before
+            self.done += work
         self.cpu_s += trace.cpu_s
         return trace, work
 
