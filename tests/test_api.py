@@ -279,3 +279,12 @@ def test_a_file_of_another_kind_is_named(tmp_path: Path) -> None:
     path.write_text("<robot/>")
     with pytest.raises(MechlabError, match="cannot read .*arm.urdf.xacro: expected a name that ends in .json, .xml, .urdf .*xacro FILE"):
         ml.load(str(path))
+
+
+def test_a_recording_that_view_could_not_open_is_refused_before_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    from mechlab.api import runs
+
+    monkeypatch.setattr(runs, "_simulated", lambda *args: pytest.fail("the run began"))
+    for name in ("run.txt", "run.csv", "run"):
+        with pytest.raises(MechlabError, match=f"ends in .npz, got {name}"):
+            ml.simulate("fourbar", out=name)

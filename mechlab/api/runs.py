@@ -137,6 +137,9 @@ def simulate(
     if isinstance(values, str):
         warn('the scene is an option now: simulate(source, scene="...")', DeprecationWarning)
         values, scene = None, values
+    if out is not None and Path(out).suffix != ".npz":
+        table = "`mechlab view FILE.npz --csv FILE.csv` makes a table of it"
+        raise MechlabError(f"out: a recording is a file whose name ends in .npz, got {out}; {table}.")
     recording = _simulated(
         source, key_values(values, given), scene, laws, drives, duration, timestep, max_error, budget, engine, order_check,
         fidelity, tuple(at or ()), settings,
