@@ -8,7 +8,7 @@ import re
 import subprocess
 import sys
 import typing
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib.metadata import packages_distributions
 from pathlib import Path
 from typing import Any
@@ -257,3 +257,25 @@ def test_what_is_imported_is_declared() -> None:
         found = {a.name for n in nodes if isinstance(n, ast.Import) for a in n.names}
         found |= {n.module or "" for n in nodes if isinstance(n, ast.ImportFrom) and not n.level}
         assert not (missing := undeclared({n.split(".")[0] for n in found} - {""})), f"{path}: {missing}"
+
+
+# -- files that hold no mechanism -------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("verb", [ml.simulate, ml.modes, ml.chart, ml.cycle])
+def test_a_file_without_joints_is_shown_and_nothing_else(tmp_path: Path, verb: Callable[[str], object]) -> None:
+    mass = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    links = f'<link name="base"/><link name="top">{mass}</link>'
+    joint = '<joint name="bond" type="fixed"><parent link="base"/><child link="top"/></joint>'
+    path = tmp_path / "rigid.urdf"
+    path.write_text(f'<robot name="rigid">{links}{joint}</robot>')
+    assert "0 degrees of freedom" in str(ml.load(str(path)))
+    with pytest.raises(MechlabError, match="rigid: it has no joints"):
+        verb(str(path))
+
+
+def test_a_file_of_another_kind_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "arm.urdf.xacro"
+    path.write_text("<robot/>")
+    with pytest.raises(MechlabError, match="cannot read .*arm.urdf.xacro: expected a name that ends in .json, .xml, .urdf .*xacro FILE"):
+        ml.load(str(path))

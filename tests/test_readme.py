@@ -168,6 +168,12 @@ def test_numbers_of_the_readme_have_a_source() -> None:
     assert headline is not None and headline[1] in chart
 
 
+def test_the_readme_counts_the_mechanisms() -> None:
+    from mechlab import catalog
+
+    assert f": {len(catalog.NAMES)} mechanisms" in TEXT
+
+
 def test_exit_codes_of_the_readme_are_those_of_the_errors() -> None:
     stated = {
         int(code): words

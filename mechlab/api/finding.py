@@ -87,6 +87,9 @@ def find(source: Source) -> Entry:
         if file.remarks:
             warn(LeftOutWarning(file))
         return entry_of(file.mechanism, file)
+    if Path(text).is_file():
+        hint = " Expand it first: `xacro FILE.urdf.xacro > FILE.urdf`." if suffix == ".xacro" else ""
+        raise MechlabError(f"cannot read {text}: expected a name that ends in {', '.join(MODEL_FILES)} or .py:FUNCTION.{hint}")
     raise unknown("mechanism", text, [*catalog.NAMES, "FILE.py:FUNCTION", *(f"FILE{s}" for s in MODEL_FILES)])
 
 

@@ -136,7 +136,8 @@ def generate(
 
 @explained
 def generate_catalog(out: File = "models", names: Sequence[str] = (), *, pictures: bool = True) -> FilesResult:
-    """A folder for each mechanism of the catalog: model files of its richest fidelity and the sheet (README.md).
+    """A folder for each mechanism of the catalog: model files of its richest fidelity and the sheet (README.md); `out`/README.md: a
+    table of all of them (with names: where there is one, their rows).
 
     pictures: also picture.png, the plots of the default scene (motion.svg), the figures of the sources, and gallery.png, which shows every
     picture in `out`.
@@ -173,10 +174,13 @@ def generate_catalog(out: File = "models", names: Sequence[str] = (), *, picture
                     write_picture(x.figure, x.drawing, stage / f"{x.figure.stem}.png")
         _remove_unnamed_meshes(folder)
         files[name] = folder
-    if not names:
+    table = Path(out) / "README.md"
+    if not names or table.is_file():
         from mechlab.studies.outside import catalog_table
 
-        files["table"] = write(Path(out) / "README.md", catalog_table([catalog.entry(n) for n in catalog.NAMES]))
+        before = table.read_text("utf-8") if names else ""
+        made_of = [catalog.entry(n) for n in names or catalog.NAMES]
+        files["table"] = write(table, catalog_table(made_of, before, catalog.NAMES))
     if pictures:
         files["gallery"] = _gallery_picture(Path(out))
     return FilesResult(Path(out), files, made.sentence, tuple(warnings), code)

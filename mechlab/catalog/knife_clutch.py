@@ -35,10 +35,13 @@ def engagement(p: Parameters, fidelity: str) -> Scene:
 
 
 def stopping(p: Parameters, fidelity: str) -> Scene:
-    """The clutch has opened after a turn of the crankshaft, and its brake stops it where it rested; the main shaft runs on."""
-    way = inertia(p) * p.no_load**2 / (2.0 * p.brake)
+    """The clutch has opened after a turn of the crankshaft, and its brake stops it where it rested; the main shaft runs on. A brake that
+    needs more than a turn is followed for the time of one."""
+    turn = 2.0 * math.pi
+    way = min(inertia(p) * p.no_load**2 / (2.0 * p.brake), turn)
+    time = min(2.5 * inertia(p) * p.no_load / p.brake + 20.0 * STEP, turn / p.no_load)
     law = brake_law(p, (Motor("shaft", p.stall, p.no_load),), STEP)
-    return Scene("stopping", fidelity, 2.5 * inertia(p) * p.no_load / p.brake + 20.0 * STEP, (law,), {"shaft": 0.0, "crank": -way},
+    return Scene("stopping", fidelity, time, (law,), {"shaft": 0.0, "crank": -way},
                  {"shaft": p.no_load, "crank": p.no_load}, channels=("shaft_rate", "crank_rate", "crank_force"), tolerance=1e-3,
                  settings=Settings(timestep=STEP), drives="free", text=STOPPED)  # fmt: skip
 
@@ -51,7 +54,7 @@ BASE = builder_entry(
     use="Paper cutters at low speed; presses with a one-turn clutch.", origin="the usual drive that a paper of 1995 replaces",
     parameters=Parameters, build=build, path=lambda p: {"shaft": (0.0, 2 * math.pi), "crank": (0.0, 2 * math.pi)}, closed=each(places),
     sliders=("clutch", "flywheel"),
-    plots=(PlotRecipe("speeds", ("shaft_rate", "crank_rate")), PlotRecipe("torque of the clutch", ("crank_force",)),
+    plots=(PlotRecipe("speeds", ("shaft_rate", "crank_rate")), PlotRecipe("torque of clutch or brake", ("crank_force",)),
            PlotRecipe("knives", ("knife_sides", "knife_front"))),
     outside=(
         Outside("stroke of a knife", "m", lambda p: 2.0 * p.throw, lambda p, m: float(m["knife_sides"][0] - m["knife_sides"][12]), 1e-9,

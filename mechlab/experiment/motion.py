@@ -7,12 +7,13 @@ from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from numbers import Real
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
 from mechlab.errors import MechlabError, explained
-from mechlab.values import one_number
+from mechlab.values import one_number, short
 
 STEP = 1e-3
 """Step [s] of the differences of a `Function`."""
@@ -27,9 +28,18 @@ class PrescribedMotion(Protocol):
         ...
 
 
+class _Numbers:
+    """A motion of plain numbers; it names what is none."""
+
+    def __post_init__(self) -> None:
+        for name, x in vars(self).items():
+            if not isinstance(x, Real):
+                raise MechlabError(f"{type(self).__name__}: {name}: expected a number in SI units, got {short(x)}.")
+
+
 @explained
 @dataclass(frozen=True)
-class Hold:
+class Hold(_Numbers):
     """Stands still at `value`."""
 
     value: float = 0.0
@@ -41,7 +51,7 @@ class Hold:
 
 @explained
 @dataclass(frozen=True)
-class Ramp:
+class Ramp(_Numbers):
     """Moves from `value` at constant `rate`."""
 
     value: float = 0.0
@@ -54,7 +64,7 @@ class Ramp:
 
 @explained
 @dataclass(frozen=True)
-class Sine:
+class Sine(_Numbers):
     """offset + amplitude sin(frequency t + phase); `frequency` in rad/s."""
 
     amplitude: float

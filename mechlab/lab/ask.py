@@ -18,11 +18,10 @@ from mechlab.lab.design import Design
 from mechlab.lab.gear_trains.power_flow import asks_power_flow, power_flow_question
 from mechlab.lab.gear_trains.row_lag import asks_lag, lag_question
 from mechlab.mechanism import Mechanism, Status
+from mechlab.mechanism.given import many_turns
 from mechlab.mechanism.length_unit import is_length
 from mechlab.values import LARGEST_NUMBER, has_unit, parse_value
 
-DOUBTFUL_ANGLE = 4 * math.pi
-"""Angles [rad] beyond two turns are rare among positions; 15, 30, 45, 60, 90 are common in degrees."""
 NUMBERS_ALONE = (TypeError, ValueError, IndexError)
 """What a closed form for one pose raises when it gets arrays."""
 
@@ -97,16 +96,10 @@ def _compared(
 
 
 def _many_turns(design: Design, given: Mapping[str, Any]) -> list[str]:
-    """A sentence on each angle that is given as a plain whole number of more than two turns: most likely meant in degrees."""
-    large = {k: v for k, v in given.items() if isinstance(v, int | float) and abs(v) > DOUBTFUL_ANGLE and v == round(v)}
-    if not large:
-        return []
-    units = entry_units(design.entry, [asked_mechanism(design)])
-    return [
-        f"{k} = {v:g} rad is {abs(v) / math.tau:.1f} turns; if degrees are meant, write {k}={v:g}deg"
-        for k, v in large.items()
-        if "rad" in units.get(k, ())
-    ]
+    """A sentence on each angle that looks like degrees (`mechlab.mechanism.given.many_turns`)."""
+    large = {k: text for k, v in given.items() if (text := many_turns(k, v))}
+    units = entry_units(design.entry, [asked_mechanism(design)]) if large else {}
+    return [text for k, text in large.items() if "rad" in units.get(k, ())]
 
 
 def _gathered(found: Sequence[Open]) -> list[Open]:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from mechlab.errors import MechlabError, explained
+from mechlab.errors import MechlabError, explained, warn
 from mechlab.mechanism.assembly import assembled_pose, rebased
 from mechlab.mechanism.curve import Curve, CurveRelation
 from mechlab.mechanism.editable import Editable
 from mechlab.mechanism.gears import GearMesh, relations
 from mechlab.mechanism.geometry import IDENTITY, Placement
-from mechlab.mechanism.given import Number, options_of, point, si
+from mechlab.mechanism.given import Number, many_turns, options_of, point, si
 from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.links import BLUE, plate, uniform_bar
 from mechlab.mechanism.loop_frames import loop_frames
@@ -309,15 +309,19 @@ class Builder(Editable):
         """The Mechanism; raises MechlabError when a part is not valid or the reference pose does not close."""
         return Mechanism(**self._parts(self.bodies, self._relations(self.bodies)))  # type: ignore[arg-type]
 
-    def assemble(self, guess: Mapping[str, Number] | None = None, hold: Sequence[str] = ()) -> Mechanism:
+    def assemble(self, guess: Mapping[str, Number] | None = None, hold: Sequence[str] | str | None = ()) -> Mechanism:
         """The Mechanism, closed by Newton from `guess` (joint name -> change from the placements as given).
 
-        Joints in `hold` keep their guess exactly. The closed pose becomes the reference pose: placements absorb it, and
-        it is added to the `zero` of each joint and shaft. Raises MechlabError that names the loop that stays open.
+        Joints in `hold`, one name or several, keep their guess exactly. Warns of angles that look like degrees. The closed
+        pose becomes the reference pose: placements absorb it, and it is added to the `zero` of each joint and shaft. Raises
+        MechlabError that names the loop that stays open.
         """
         m = self._open(self.bodies)
         start = {n: si(x, f"{self.name}: guess of {n!r}", "m" if n in m.slides else "rad") for n, x in (guess or {}).items()}
-        q = assembled_pose(m, start, hold)
+        for text in (many_turns(n, x) for n, x in (guess or {}).items() if n not in m.slides):
+            if text:
+                warn(f"{self.name}: guess {text}")
+        q = assembled_pose(m, start, (hold,) if isinstance(hold, str) else hold or ())
         self.bodies = [rebased(b, m, q) for b in depth_first(self.bodies)]
         self.shafts = [replace(s, zero=float(m.value(s.name, q))) for s in self.shafts]
         return self.build()

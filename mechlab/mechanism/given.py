@@ -32,6 +32,17 @@ def si(value: object, what: str, unit: str = "", low: float = -math.inf, above: 
     return number
 
 
+DOUBTFUL_ANGLE = 4.0 * math.pi
+"""Angles [rad] beyond two turns are rare among positions; 15, 30, 45, 60, 90 are common in degrees."""
+
+
+def many_turns(name: str, value: object) -> str:
+    """A sentence on an angle that is given as a plain whole number of more than two turns, most likely meant in degrees; "" on others."""
+    if not isinstance(value, int | float) or not DOUBTFUL_ANGLE < abs(value) < math.inf or value != round(value):
+        return ""
+    return f"{name} = {value:g} rad is {abs(value) / math.tau:.1f} turns; if degrees are meant, write {name}={value:g}deg"
+
+
 def _in(unit: str) -> str:
     return f" in {unit}" if unit else ""
 

@@ -9,12 +9,14 @@ import numpy as np
 
 from mechlab.errors import MechlabError, explained
 from mechlab.mechanism.geometry import Array, Vector, skew, unit, vector
+from mechlab.mechanism.given import Number, si
 
 
 @explained
 @dataclass(frozen=True)
 class Inertia:
-    """Mass [kg], centre of mass `com` [m] and `tensor` (xx, yy, zz, xy, xz, yz) [kg m2] about it, in body axes.
+    """Mass [kg], centre of mass `com` [m] and `tensor` (xx, yy, zz, xy, xz, yz) [kg m2] about it, in body axes. Numbers of the
+    constructors may be text with a unit ("200g", "30mm").
 
     Raises MechlabError for a negative or non-finite mass, a tensor that is not positive semidefinite, or one that
     breaks the triangle inequality of principal moments (no mass distribution has it).
@@ -25,12 +27,7 @@ class Inertia:
     tensor: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        try:
-            mass = float(self.mass)
-        except (TypeError, ValueError):
-            raise MechlabError(f"mass: expected a number in kg, got {self.mass!r}.") from None
-        if not math.isfinite(mass) or mass < 0.0:
-            raise MechlabError(f"mass: expected a finite number >= 0 kg, got {self.mass!r}.")
+        mass = si(self.mass, "mass", "kg", low=0.0)
         try:
             tensor = tuple(float(x) for x in self.tensor)
         except (TypeError, ValueError):
@@ -78,13 +75,14 @@ class Inertia:
         return _from_matrix(self.mass, r @ np.array(self.com) + np.array(position), r @ self.matrix() @ r.T)
 
     @staticmethod
-    def point(mass: float, com: Vector = (0.0, 0.0, 0.0)) -> Inertia:
+    def point(mass: Number, com: Vector = (0.0, 0.0, 0.0)) -> Inertia:
         """A point mass."""
-        return Inertia(mass, com)
+        return Inertia(si(mass, "mass", "kg", low=0.0), com)
 
     @staticmethod
-    def rod(mass: float, start: Vector, end: Vector, radius: float = 0.0) -> Inertia:
+    def rod(mass: Number, start: Vector, end: Vector, radius: Number = 0.0) -> Inertia:
         """A uniform slender round rod from `start` to `end`; `radius` > 0 gives it a spin inertia m r^2 / 2."""
+        mass, radius = si(mass, "mass", "kg", low=0.0), si(radius, "radius", "m", low=0.0)
         a, b = np.array(vector(start, "rod start")), np.array(vector(end, "rod end"))
         length = float(np.linalg.norm(b - a))
         z = np.array(unit(b - a, "rod direction"))
@@ -94,23 +92,27 @@ class Inertia:
 
     @staticmethod
     def cylinder(
-        mass: float, radius: float, length: float, axis: Vector = (0.0, 0.0, 1.0), com: Vector = (0.0, 0.0, 0.0)
+        mass: Number, radius: Number, length: Number, axis: Vector = (0.0, 0.0, 1.0), com: Vector = (0.0, 0.0, 0.0)
     ) -> Inertia:
         """A uniform solid cylinder about `com`."""
+        mass, radius, length = si(mass, "mass", "kg", low=0.0), si(radius, "radius", "m", low=0.0), si(length, "length", "m", low=0.0)
         across = mass * (3.0 * radius**2 + length**2) / 12.0
         return Inertia.axial(mass, mass * radius**2 / 2.0, across, axis, com)
 
     @staticmethod
     def axial(
-        mass: float, along: float, across: float, axis: Vector = (0.0, 0.0, 1.0), com: Vector = (0.0, 0.0, 0.0)
+        mass: Number, along: Number, across: Number, axis: Vector = (0.0, 0.0, 1.0), com: Vector = (0.0, 0.0, 0.0)
     ) -> Inertia:
         """A part of revolution given by its moments `along` and `across` the axis [kg m2], about `com`."""
+        mass, along, across = si(mass, "mass", "kg", low=0.0), si(along, "along", "kg m2"), si(across, "across", "kg m2")
         z = np.array(unit(axis, "axis of revolution"))
         return _from_matrix(mass, np.array(com), across * (np.eye(3) - np.outer(z, z)) + along * np.outer(z, z))
 
     @staticmethod
-    def box(mass: float, x: float, y: float, z: float, com: Vector = (0.0, 0.0, 0.0)) -> Inertia:
+    def box(mass: Number, x: Number, y: Number, z: Number, com: Vector = (0.0, 0.0, 0.0)) -> Inertia:
         """A uniform box with the given edge lengths."""
+        mass = si(mass, "mass", "kg", low=0.0)
+        x, y, z = (si(edge, f"edge {n}", "m", low=0.0) for n, edge in zip("xyz", (x, y, z), strict=True))
         k = mass / 12.0
         return Inertia(mass, com, (k * (y * y + z * z), k * (x * x + z * z), k * (x * x + y * y), 0.0, 0.0, 0.0))
 

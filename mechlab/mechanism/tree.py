@@ -23,6 +23,11 @@ def too_many_bodies(name: str) -> MechlabError:
     )
 
 
+def no_joints(name: str) -> MechlabError:
+    """The error where an engine is asked for a mechanism without joints."""
+    return MechlabError(f"{name}: it has no joints, so nothing in it moves. `mechlab show` and `mechlab view --png` take such a model.")
+
+
 def too_many_rates(name: str, rates: int) -> MechlabError:
     """The error for a mechanism with more than MAX_RATES rates."""
     return MechlabError(

@@ -179,6 +179,8 @@ def _attachments(m: Mechanism) -> None:
         for body in (spring.body_a, spring.body_b):
             if body not in bodies:
                 raise unknown(f"{m.name}: spring {spring.name!r}: body", body, bodies)
+        for key in ("point_a", "point_b"):
+            vector(getattr(spring, key), f"{m.name}: spring {spring.name!r}: {key}")
         for key in ("stiffness", "damping", "rest_length"):
             _finite(getattr(spring, key), f"{m.name}: spring {spring.name!r}: {key}", 0.0)
         _range(spring.range, f"{m.name}: spring {spring.name!r}")

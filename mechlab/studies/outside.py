@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -41,8 +42,11 @@ def first_from_outside(entry: Entry) -> OutsideNumber | None:
     return None
 
 
-def catalog_table(entries: Sequence[Entry]) -> str:
-    """The README of models/: every entry with its family and freedoms, and its first number from outside."""
+def catalog_table(entries: Sequence[Entry], before: str = "", order: Sequence[str] = ()) -> str:
+    """The README of models/: every entry with its family and freedoms, and its first number from outside.
+
+    before: a table made earlier, whose rows of other entries stay; order: the names of all rows, as they are to stand.
+    """
     rows = []
     for entry in entries:
         level = list(entry.fidelities)[-1]
@@ -55,5 +59,6 @@ def catalog_table(entries: Sequence[Entry]) -> str:
         "Made by `mechlab generate --catalog -o models`. Each folder holds MJCF, URDF, JSON, geometry and a sheet. A number from outside "
         "is printed in a source or derived by hand; ours is that of the witness (closed form, Pinocchio, MuJoCo) that is farthest off."
     )
-    table = markdown(("name", "family", "freedoms", *HEADERS), rows)
-    return "\n".join([*head, text, "", table]) + "\n"
+    titles, rule, *lines = markdown(("name", "family", "freedoms", *HEADERS), rows).splitlines()
+    by_name = {m[1]: line for line in (*before.splitlines(), *lines) if (m := re.match(r"\| \[(\w+)\]\(", line))}
+    return "\n".join([*head, text, "", titles, rule, *(by_name[n] for n in order or by_name if n in by_name)]) + "\n"

@@ -48,6 +48,15 @@ def test_the_table_of_numbers_from_outside_is_current(tmp_path: Path) -> None:
     assert not difference(MODELS / "README.md", made), "run: mechlab generate --catalog -o models"
 
 
+def test_a_row_of_the_table_is_made_again_alone() -> None:
+    kept = (MODELS / "README.md").read_text("utf-8")
+    without = "\n".join(x for x in kept.splitlines() if not x.startswith("| [hoeken](")) + "\n"
+    changed = kept.replace("| [hoeken](hoeken/README.md) | straight-line |", "| [hoeken](hoeken/README.md) | press |")
+    assert without != kept != changed
+    for before in (kept, without, changed):
+        assert catalog_table([catalog.entry("hoeken")], before, catalog.NAMES) == kept
+
+
 def test_the_models_stay_below_forty_megabytes() -> None:
     assert sum(p.stat().st_size for p in MODELS.rglob("*") if p.is_file()) < 40e6
 

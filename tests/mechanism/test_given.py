@@ -16,6 +16,21 @@ def test_text_with_units_is_the_number() -> None:
     assert ml.shape("cylinder", radius="10mm", length=0.1) == ml.shape("cylinder", radius=0.01, length="10cm")
 
 
+def test_text_with_units_is_the_mass_and_the_size_of_a_part() -> None:
+    assert ml.Inertia.cylinder("200g", "30mm", "1cm") == ml.Inertia.cylinder(0.2, 0.03, 0.01)
+    assert ml.Inertia.box("1kg", "1cm", 0.02, "30mm") == ml.Inertia.box(1.0, 0.01, 0.02, 0.03)
+    assert ml.Inertia.rod("1kg", (0, 0, 0), (1, 0, 0), "2mm") == ml.Inertia.rod(1.0, (0, 0, 0), (1, 0, 0), 0.002)
+    assert ml.Inertia.point("5g").mass == 0.005
+
+
+def test_a_guess_that_looks_like_degrees_is_remarked_and_one_name_may_be_held() -> None:
+    b = ml.Builder("m").bar("link", ml.revolute("j"), 1.0)
+    with pytest.warns(UserWarning, match=r"guess j = 60 rad is 9.5 turns; if degrees are meant, write j=60deg") as told:
+        b.assemble({"j": 60}, hold="j")
+    assert told[0].filename == __file__
+    assert ml.Builder("m").bar("link", ml.revolute("j"), 1.0).assemble({"j": 1.0}, hold=None).zero("j") == 1.0
+
+
 @pytest.mark.parametrize(
     ("work", "words"),
     [
@@ -37,7 +52,10 @@ def test_text_with_units_is_the_number() -> None:
         (lambda b: ml.shape("cylinder", radios=1), r"parameter 'radios' does not exist. Did you mean 'radius'"),
         (lambda b: ml.shape("cylinder", radius=1), r"cylinder: missing length"),
         (lambda b: ml.shape("cylinder", radius=-1, length=1), r"radius must be greater than 0 m"),
-        (lambda b: ml.Inertia("1kg"), r"mass: expected a number in kg, got '1kg'"),  # type: ignore[arg-type]
+        (lambda b: ml.Inertia("1m"), r"mass: expected a number \[kg\], got '1m'"),  # type: ignore[arg-type]
+        (lambda b: ml.Inertia.cylinder("1kg", -0.1, 1), "radius must be at least 0, got -0.1 m"),
+        (lambda b: b.spring(ml.Spring("s", "ground", "ground", ("1mm", 0, 0))).build(), "point_a: expected three numbers"),  # type: ignore[arg-type]
+        (lambda b: ml.Sine("20deg", 1.0), "Sine: amplitude: expected a number in SI units, got '20deg'"),  # type: ignore[arg-type]
         (lambda b: ml.Inertia(1.0, (0, 0, 0), 3.0), r"inertia tensor: expected six finite numbers"),  # type: ignore[arg-type]
     ],
 )  # fmt: skip

@@ -19,6 +19,7 @@ from mechlab.formats.mjcf.write import to_mjcf
 from mechlab.formats.mjcf.write_loops import axis_name, body_name, tendon_name
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.tree import no_joints
 
 Indices = np.ndarray
 Model = mujoco.MjModel
@@ -32,6 +33,8 @@ _DEFAULT_SOLREF, _DEFAULT_SOLIMP = (0.02, 1.0), (0.9, 0.95, 0.001, 0.5, 2.0)
 
 @lru_cache(maxsize=32)
 def _compiled(mechanism: Mechanism, bare: bool) -> mujoco.MjModel:
+    if not mechanism.nv:
+        raise no_joints(mechanism.name)
     text = to_mjcf(mechanism, _AS_COMPILED, bare=bare)
     try:
         with compiling():

@@ -16,6 +16,7 @@ from mechlab.mechanism.closing import close_many
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.many_rows import ManyRows
 from mechlab.mechanism.structure import structure
+from mechlab.mechanism.tree import no_joints
 
 STRIDE = 0.1
 """No coordinate moves farther in one step [rad or m]."""
@@ -218,5 +219,7 @@ def choose_path(
             return path, turn
         first = first or path
     if first is None:
+        if not mechanism.nv:
+            raise no_joints(mechanism.name)
         raise NoSolution(f"{mechanism.name}: none of {', '.join(names)} sets the motion in this pose: it is singular.")
     return first, None

@@ -14,6 +14,7 @@ from mechlab.errors import MechlabError, Untrustworthy
 from mechlab.mechanism.geometry import Array, Placement
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import GROUND, Joint
+from mechlab.mechanism.tree import no_joints
 
 _AXES = {(1.0, 0.0, 0.0): "X", (0.0, 1.0, 0.0): "Y", (0.0, 0.0, 1.0): "Z"}
 
@@ -82,6 +83,8 @@ def build(mechanism: Mechanism) -> PinModel:
     inertia of a body without joints goes to its parent. Raises Untrustworthy when Pinocchio's own check of the model
     fails (its mass matrix would be wrong), EngineMissing for a branch of the tree that is too large for its workspace.
     """
+    if not mechanism.nv:
+        raise no_joints(mechanism.name)
     model = pin.Model()
     model.name = mechanism.name
     model.gravity = pin.Motion(np.array(mechanism.gravity), np.zeros(3))
