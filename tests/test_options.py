@@ -209,7 +209,7 @@ COMMANDS: dict[tuple[str, str], list[Differ | Writes | Refused]] = {
     ("optimize", "--minimize"): [Refused("optimize pendulum length=.5:1 --minimize no", "'no'")],
     ("optimize", "--subject"): [Differ("optimize pendulum length=.5:1 --maximize length --evaluations 40", "--subject length<=.7")],
     ("optimize", "--front"): [Differ("optimize pendulum length=.5:1 --maximize length --evaluations 40", "--front min:length")],
-    ("optimize", "--evaluations"): [Refused("optimize pendulum length=.5:1 --maximize length --evaluations 4", "at least 40")],
+    ("optimize", "--evaluations"): [Refused("optimize pendulum length=.5:1 --maximize length --evaluations 4", "expected 40 or more")],
     ("optimize", "--seed"): [Differ("optimize pendulum length=.5:1 --maximize length --evaluations 40", "--seed 3")],
     ("optimize", "-o"): [Writes("optimize pendulum length=.5:1 --maximize length --evaluations 40 -o {}/o", "o/optimum.json")],
     ("fit", "--free"): [Differ(FIT, "--free coupler"), Refused(f"{FIT} --free mode", "a whole number")],

@@ -35,8 +35,9 @@ def test_rates_of_the_printed_step_4() -> None:
 
 def test_arcs_without_a_position() -> None:
     drawing = class4.step_10()
-    np.testing.assert_allclose(ours(drawing, "0.27 m"), [[-104.261471, -75.738529]], atol=1e-6)
+    np.testing.assert_allclose(ours(drawing, "without a position", "0.27 m"), [[-104.261471, -75.738529]], atol=1e-6)
     assert ours(drawing, "0.2818 m") == "none"
+    assert ours(drawing, "length DE") == pytest.approx(0.0237, abs=5e-5)
 
 
 def test_what_the_slides_of_the_leg_do() -> None:

@@ -106,7 +106,7 @@ def run_file(model: mujoco.MjModel, each: int, outputs: int = OUTPUTS, push: Arr
         data.qvel[:] += push
     points, energy = np.empty((outputs + 1, model.nbody, 3)), np.empty(outputs + 1)
     gaps: dict[int, float] = {}
-    touched: set[str] = set()
+    kinds: set[int] = set()
     rows, fastest, reason, k = 0, 0.0, "", 0
     try:
         for k in range(outputs + 1):
@@ -116,29 +116,28 @@ def run_file(model: mujoco.MjModel, each: int, outputs: int = OUTPUTS, push: Arr
                 if not fastest < RATE_LIMIT or any(data.warning[w].number for w in _BAD):
                     reason = f"diverged before t = {data.time:.4g} s"
                     break
-                touched |= _acting(data)
+                kinds.update(data.efc_type.tolist())
             if reason:
                 break
             mujoco.mj_forward(model, data)
             points[k], energy[k], rows = data.xipos, data.energy.sum(), max(rows, int(data.nefc))
-            touched |= _acting(data)
+            kinds.update(data.efc_type.tolist())
             _widen(gaps, data)
         else:
             k += 1
     except mujoco.FatalError as error:
         reason = f"ended before t = {data.time + each * model.opt.timestep:.4g} s, the engine gave up ({words_of(error)})"
     full = (int(data.warning[_FULL[0]].number), int(data.warning[_FULL[1]].number))
-    return FileRun(points[:k], energy[:k], gaps, frozenset(touched), rows, fastest, reason, full)
+    return FileRun(points[:k], energy[:k], gaps, _acting(kinds), rows, fastest, reason, full)
 
 
-def _acting(data: mujoco.MjData) -> set[str]:
-    kinds = np.asarray(data.efc_type)
+def _acting(kinds: set[int]) -> frozenset[str]:
     named = {
         "dry friction": (_ROW.mjCNSTR_FRICTION_DOF, _ROW.mjCNSTR_FRICTION_TENDON),
         "limits": (_ROW.mjCNSTR_LIMIT_JOINT, _ROW.mjCNSTR_LIMIT_TENDON),
         "contacts": (_ROW.mjCNSTR_CONTACT_FRICTIONLESS, _ROW.mjCNSTR_CONTACT_PYRAMIDAL, _ROW.mjCNSTR_CONTACT_ELLIPTIC),
     }
-    return {name for name, which in named.items() if np.any(np.isin(kinds, [int(w) for w in which]))}
+    return frozenset(name for name, which in named.items() if kinds & {int(w) for w in which})
 
 
 def _widen(gaps: dict[int, float], data: mujoco.MjData) -> None:
