@@ -137,7 +137,7 @@ def simulate(
     if isinstance(values, str):
         warn('the scene is an option now: simulate(source, scene="...")', DeprecationWarning)
         values, scene = None, values
-    if out is not None and Path(out).suffix != ".npz":
+    if out is not None and Path(out).suffix != ".npz" and not (Path(out).is_char_device() or Path(out).is_fifo()):
         table = "`mechlab view FILE.npz --csv FILE.csv` makes a table of it"
         raise MechlabError(f"out: a recording is a file whose name ends in .npz, got {out}; {table}.")
     recording = _simulated(
