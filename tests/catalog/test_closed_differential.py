@@ -10,6 +10,7 @@ from mechlab import api
 from mechlab.catalog.closed_differential import ENTRY
 from mechlab.catalog.closed_differential.build import Parameters
 from mechlab.catalog.closed_differential.checks import predicted_lag, run
+from mechlab.catalog.closed_differential.law import DRAGS
 from mechlab.cli import main
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.studies.check.check import checks_of
@@ -189,6 +190,20 @@ def test_verdicts_and_figure(tmp_path: Path, capsys) -> None:
         said = " ".join(claim["computed"])
         assert claim["id"] in ("K2",) or ("pinocchio" in said and "mujoco" in said and "analytic" in said), claim["id"]
     assert target.stat().st_size > 20_000 and document["figure"] == str(target)
+
+
+def test_readings_of_the_figure_of_the_law() -> None:
+    """Both powers from a run of Pinocchio; with drag on both blocks no moment but drag acts on them: c14 w1 = M1, c36 w3 = M3, by hand."""
+    (figure,) = (f for f in ENTRY.figures if f.name == "equations (8) and (10)")
+    at_once, later, ratio = (r.ours for r in figure.draw().readings)
+    run_ = api.simulate(ENTRY, scene="constant-moments", duration=0.1, engine="pinocchio")
+    powers = np.array([run_.channel("H1_rate") * 100.0, run_.channel("H2_rate") * 200.0])
+    np.testing.assert_allclose(at_once, powers[:, 0], rtol=1e-9)
+    np.testing.assert_allclose(later, powers[:, -1], rtol=1e-6)
+    # speeds of the blocks from the drags, M1 = a M_H1 - b M_H2 and M3 = (1 - a) M_H1 - (1 - b) M_H2, per M_H1; drags 1 and 3 to each other
+    a, b = Parameters().train.a, Parameters().train.b
+    w1, w3 = (a - 2.0 * b) / DRAGS[0], (1.0 - a - 2.0 * (1.0 - b)) / DRAGS[1]
+    assert ratio == pytest.approx((a * w1 + (1.0 - a) * w3) / (b * w1 + (1.0 - b) * w3), rel=1e-9)
 
 
 def test_equal_moments_are_no_equilibrium_of_the_blocks() -> None:
