@@ -9,6 +9,7 @@ import pytest
 from mechlab.analytic.path_synthesis.curves import points, slopes
 from mechlab.analytic.path_synthesis.dwell import dwell_sixbars
 from mechlab.analytic.path_synthesis.path import path_fivebars, path_fourbars
+from mechlab.analytic.path_synthesis.slotted_dwell import SlottedDwell, slotted_dwells
 from mechlab.analytic.path_synthesis.straight import straight_fourbars
 from mechlab.analytic.path_synthesis.task import PathLinkage, PathTask
 from mechlab.errors import MechlabError
@@ -156,3 +157,35 @@ def test_a_dwell_rests_and_swings_as_stated() -> None:
     turn = np.unwrap([output(t) for t in np.linspace(0.0, 2 * math.pi, 721)])
     assert np.ptp(rest) == pytest.approx(best.deviation, rel=0.01) and best.deviation < math.radians(0.1)
     assert np.ptp(turn) == pytest.approx(best.swing, abs=1e-4) and best.swing > 0.999 * swing
+
+
+def lever(f: SlottedDwell, t: np.ndarray) -> np.ndarray:
+    """From the pivot of the lever to the coupler point, by compasses."""
+    return np.array([by_compass(0j, 1.0, f.ground, f.coupler, f.rocker, f.point, 1, x) for x in t]) - f.pivot
+
+
+def test_a_slotted_lever_rests_as_stated_and_stiller_than_a_link_on_an_arc() -> None:
+    """60 deg of swing, a rest of 90 deg: by compasses the stated strip, swing and distances; a link on an arc: ten times the strip."""
+    wanted, swing, least = math.radians(90.0), math.radians(60.0), math.radians(30.0)
+    best = slotted_dwells(wanted, swing, 8.0, least, clearance=0.5)[0]
+    rest = np.unwrap(np.angle(lever(best, best.first + wanted * np.linspace(0.0, 1.0, 301))))
+    around = lever(best, np.linspace(0.0, 2 * math.pi, 721))
+    assert np.ptp(rest) == pytest.approx(best.deviation, rel=0.01) and best.deviation < math.radians(0.01)
+    assert np.ptp(np.unwrap(np.angle(around))) == pytest.approx(best.swing, abs=1e-4) and best.swing > 0.999 * swing
+    # kept at 72 places of the turn, so a little less between them
+    assert 0.495 < np.min(np.abs(around)) < np.max(np.abs(around)) <= 8.001
+    assert best.deviation < 0.1 * dwell_sixbars(wanted, swing, 8.0, least)[0].deviation
+
+
+def test_a_slotted_lever_rests_stiller_than_over_the_line_of_hoeken() -> None:
+    """Hoeken's linkage 2 : 1 : 2.5 with a lever 10 cranks away (Norton, Design of Machinery, 3.9; the entry hoeken_dwell): as much swing,
+    bars no longer, the same transmission angle."""
+    hoeken = SlottedDwell(2.5, 2.5, 2.0, 5.0 + 0j, 10.0 + 4.0j, 0.5 * math.pi, 0.0, 0.0, 0.0, (0.0, 0.0), 0.0)
+    wanted, around = math.pi, lever(hoeken, np.linspace(0.0, 2 * math.pi, 721))
+    theirs = np.ptp(np.unwrap(np.angle(lever(hoeken, hoeken.first + wanted * np.linspace(0.0, 1.0, 301)))))
+    swing, size = float(np.ptp(np.unwrap(np.angle(around)))), float(max(abs(hoeken.pivot), np.max(np.abs(around))))
+    # crank and ground in line: the triangle of 3, or 1, and twice 2.5
+    least = min(math.acos((12.5 - 9.0) / 12.5), math.acos((12.5 - 1.0) / 12.5))
+    best = slotted_dwells(wanted, swing, size, least)[0]
+    ours = np.ptp(np.unwrap(np.angle(lever(best, best.first + wanted * np.linspace(0.0, 1.0, 301)))))
+    assert ours < 0.8 * theirs and best.longest <= 1.001 * size and best.swing > 0.999 * swing

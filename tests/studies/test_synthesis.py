@@ -286,6 +286,18 @@ def test_a_line_and_a_dwell_are_found_as_entries(capsys: pytest.CaptureFixture[s
     assert np.ptp(np.unwrap(angle[1:-1])) == pytest.approx(rest["deviation"], rel=0.03) and rest["deviation"] < math.radians(0.1)
 
 
+def test_a_slotted_dwell_is_found_as_an_entry(capsys: pytest.CaptureFixture[str]) -> None:
+    (rest,) = document(capsys, 0, "dwell", "angle=90deg", "swing=45deg", "segment=straight", "limit=1")["solutions"]
+    assert rest["entry"] == "slotted_dwell"
+    around = rest["dwell_from"] + np.append(np.linspace(0.0, math.radians(90.0), 41), np.linspace(1.6, 2 * math.pi, 200))
+    angle, x, z = measured(rest, around.tolist(), "lever_angle", "P_x", "P_z")
+    assert np.ptp(angle[:41]) == pytest.approx(rest["deviation"], rel=0.03) and rest["deviation"] < math.radians(0.1)
+    assert np.ptp(angle) == pytest.approx(rest["swing"], abs=1e-3) and rest["swing"] > math.radians(44.99)
+    # the slide stays at least one crank, .05 m, from the pivot; kept at 72 places of the turn
+    far = np.hypot(x - rest["parameters"]["pivot_x"], z - rest["parameters"]["pivot_y"])
+    assert np.min(far) > 0.0495 and np.max(far) == pytest.approx(rest["parameters"]["lever"], rel=1e-3)
+
+
 @pytest.mark.parametrize(
     ("task", "values", "message"),
     [
@@ -311,6 +323,9 @@ def test_a_line_and_a_dwell_are_found_as_entries(capsys: pytest.CaptureFixture[s
         ("function", {"x": Range(0, 1), "y": "exp(x)", "chain": "six-bar", "first": 0, "first_out": 1}, "first or first_out, not both"),
         ("straight_line", {"length": 0}, "length: expected a length above 0"),
         ("straight_line", {}, "length is missing"),
+        ("dwell", {"angle": 1.0, "segment": "line"}, "segment: expected arc or straight, got 'line'"),
+        ("dwell", {"angle": 1.0, "clearance": 1.0}, "clearance: expected segment=straight beside it"),
+        ("dwell", {"angle": 1.0, "segment": "straight", "clearance": 0.0}, "clearance: expected 0.05 to 10"),
         ("dwell", {}, "angle is missing"),
         ("dwell", {"angle": 6.0}, "angle: expected 0.17"),
     ],

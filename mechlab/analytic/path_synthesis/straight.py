@@ -83,7 +83,7 @@ def straight_fourbars(
         return (line.imag - x[:, 7, None]) / stroke[:, None], np.column_stack([turning(x, least), size - _longest(x) / stroke[:, None]])
 
     out = list[StraightFourbar]()
-    for start in counted(_starts(angle, size, least, part(progress, 0, 15)), part(progress, 15, 100)):
+    for start in counted(straight_starts(angle, size, least, REFINED, part(progress, 0, 15)), part(progress, 15, 100)):
         x, value = least_largest(model, start)
         if not np.isfinite(value) or np.min(model(x[None])[1]) < -1e-6:
             continue
@@ -99,8 +99,9 @@ def _longest(x: Array) -> Array:
     return np.column_stack([np.ones(len(x)), x[:, :3], np.abs(p), np.abs(p - x[:, 0])])
 
 
-def _starts(angle: float, size: float, least: float, progress: Callable[[int, int], None]) -> list[Array]:
-    """The straightest of the atlas, of unlike bars: rows (b, c, d, p, middle, direction, offset)."""
+def straight_starts(angle: float, size: float, least: float, count: int, progress: Callable[[int, int], None] = silent) -> list[Array]:
+    """The `count` straightest of the atlas, of unlike bars: rows (8,) of b, c, d, p, middle, direction, offset. size: longest bar over the
+    stroke; least: smallest transmission angle [rad]; progress hears (done, total)."""
     shapes = turning_shapes(least)
     if not len(shapes):
         return []
@@ -122,7 +123,7 @@ def _starts(angle: float, size: float, least: float, progress: Callable[[int, in
         line = (e + p[:, None] * u) * np.exp(-1j * direction)[:, None]
         stroke = np.ptp(line.real, axis=1)
         x = np.column_stack([shapes, p.real, p.imag, np.full(len(shapes), middle), direction, line.imag.mean(axis=1)])
-        over = np.maximum(0.0, np.log(np.max(_longest(x), axis=1) / stroke / size))
+        over = np.log(np.maximum(1.0, np.max(_longest(x), axis=1) / stroke / size))
         rows.append(x)
         worths.append(np.sqrt(np.maximum(left[:, 0], 0.0)) / stroke + 0.05 * over)
     every, worth = np.concatenate(rows), np.concatenate(worths)
@@ -130,7 +131,7 @@ def _starts(angle: float, size: float, least: float, progress: Callable[[int, in
     for k in np.argsort(worth)[:4000]:
         if all(np.max(np.abs(np.log(every[k, :3] / c[:3]))) > 0.2 or abs(every[k, 5] - c[5]) > 0.5 for c in chosen):
             chosen.append(every[k])
-        if len(chosen) == REFINED:
+        if len(chosen) == count:
             break
     return chosen
 

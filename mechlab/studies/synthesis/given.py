@@ -55,12 +55,16 @@ class Given:
             raise MechlabError(f"synthesize {self.task}: {key}: expected {low:g} to {high:g} {unit}".rstrip() + f", got {value:g}.")
         return value
 
+    def one_of(self, key: str, words: tuple[str, ...]) -> str:
+        """One of the words, by default the first."""
+        value = self.values.get(key, words[0])
+        if value not in words:
+            raise self.refuse(key, " or ".join(words))
+        return str(value)
+
     def six_bar(self) -> bool:
         """Whether chain=six-bar is asked for; by default it is four-bar."""
-        chain = self.values.get("chain", "four-bar")
-        if chain not in ("four-bar", "six-bar"):
-            raise self.refuse("chain", "four-bar or six-bar")
-        return bool(chain == "six-bar")
+        return self.one_of("chain", ("four-bar", "six-bar")) == "six-bar"
 
     def numbers(self, key: str, unit: str, low: int, high: int) -> list[float]:
         """A list of `low` to `high` finite numbers."""

@@ -1,4 +1,4 @@
-"""Synthesis of straight lines and dwells: searches for coupler curves with a straight part, and for six-bars whose output rests."""
+"""Synthesis of straight lines: a search for coupler curves with a straight part; what dwells share with it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from mechlab.analytic.path_synthesis.dwell import DwellSixbar, dwell_sixbars
 from mechlab.analytic.path_synthesis.straight import StraightFourbar, coupler_turn, straight_fourbars
 from mechlab.mechanism.newton import Status
 from mechlab.progress import counted, part
@@ -18,8 +17,6 @@ from mechlab.studies.synthesis.result import SynthesisResult
 
 PLACES = 61
 """Crank angles of the straight part, or of the dwell, at which an engine measures it."""
-START = 1.0
-"""Crank angle of the reference pose of the entry stephenson [rad]."""
 CLOSE = 1e-7
 """Largest difference between the engine's deviation and that of the closed form, relative to the stroke, or [rad]."""
 
@@ -30,7 +27,8 @@ def straight_line(given: Given) -> SynthesisResult:
     if not length > 0.0:
         raise given.refuse("length", "a length above 0 m")
     angle = given.within("angle", "rad", np.pi, np.radians(20.0), np.radians(300.0))
-    size, least, limit = given.within("size", "", 1.5 * max(1.0, np.pi / angle), 0.5, 50.0), _least(given), given.integer("limit", 3, 1, 9)
+    size, least = given.within("size", "", 1.5 * max(1.0, np.pi / angle), 0.5, 50.0), least_of(given)
+    limit = given.integer("limit", 3, 1, 9)
     found = straight_fourbars(angle, size, least, part(given.progress, 0, 60))
     built = [_line_of(f, angle, length) for f in found[:limit]]
     solutions = []
@@ -51,7 +49,7 @@ def straight_line(given: Given) -> SynthesisResult:
         solutions.append(replace(b, parameters=whole, facts=facts).to_dict())
     data = {"count": len(solutions), "solutions": solutions, "left_out": {"engine": len(built) - len(solutions)}, "angle": angle}
     if not solutions:
-        text = _nothing("crank-rocker guides a point straight", least, size, "lengths")
+        text = nothing("crank-rocker guides a point straight", least, size, "lengths")
         return SynthesisResult(given.task, Status.OUT_OF_REACH, text, data)
     best = solutions[0]
     text = (
@@ -59,58 +57,24 @@ def straight_line(given: Given) -> SynthesisResult:
         f"({100 * best['deviation_over_length']:.3g} % of the length) while the crank turns through {np.degrees(angle):g} deg"
     )
     bars = ("crank", "coupler", "rocker", "ground", "point")
-    return _shown(given, text, data, bars, ("deviation", "least_transmission_angle", "longest"))
+    return shown(given, text, data, bars, ("deviation", "least_transmission_angle", "longest"))
 
 
-def dwell(given: Given) -> SynthesisResult:
-    """Six-bars whose output rests for a crank angle: see `mechlab.analytic.path_synthesis.dwell`."""
-    given.number("angle", "rad")
-    angle = given.within("angle", "rad", np.pi, np.radians(10.0), np.radians(270.0))
-    swing = given.within("swing", "rad", np.radians(30.0), np.radians(1.0), np.radians(150.0))
-    crank, size = given.within("crank", "m", 0.05, 1e-9, 1e9), given.within("size", "", 8.0, 2.0, 50.0)
-    least, limit = _least(given), given.integer("limit", 3, 1, 6)
-    found = dwell_sixbars(angle, swing, size, least, part(given.progress, 0, 85))
-    solutions, tried = [], 0
-    for f in counted(found[:limit], part(given.progress, 85, 100)):
-        tried += 1
-        built, inside = _sixbar(f, angle, crank)
-        seen = led(given.find, built, ("output_angle",))
-        if seen is None:
-            continue
-        witness, at = seen
-        turned = at["output_angle"][inside] if witness else np.array([0.0, f.deviation])
-        rest = float(np.ptp(np.angle(np.exp(1j * (turned - turned[0])))))
-        if abs(rest - f.deviation) > CLOSE + 0.02 * f.deviation:
-            continue
-        facts = {
-            "deviation": f.deviation, "measured_deviation": rest, "measured_by": witness or "closed form", "swing": f.swing,
-            "dwell_from": f.first, "dwell_to": f.first + angle, "least_transmission_angle": f.least_transmission_angle,
-        }  # fmt: skip
-        solutions.append(replace(built, facts=facts).to_dict())
-    data = {"count": len(solutions), "solutions": solutions, "left_out": {"engine": tried - len(solutions)}, "angle": angle}
-    if not solutions:
-        return SynthesisResult(given.task, Status.OUT_OF_REACH, _nothing("six-bar rests and swings so far", least, size, "cranks"), data)
-    best = solutions[0]
-    text = (
-        f"the output of a Stephenson six-bar rests within a strip of {np.degrees(best['deviation']):.4g} deg while the crank turns through "
-        f"{np.degrees(angle):g} deg, and swings by {np.degrees(best['swing']):.4g} deg"
-    )
-    names = ("deviation", "swing", "dwell_from", "dwell_to", "least_transmission_angle")
-    return _shown(given, text, data, ("coupler", "rocker", "ground", "link", "output"), names)
-
-
-def _least(given: Given) -> float:
+def least_of(given: Given) -> float:
+    """The smallest transmission angle that is asked for [rad]."""
     return given.within("transmission_angle_min", "rad", np.radians(30.0), np.radians(1.0), np.radians(75.0))
 
 
-def _nothing(what: str, least: float, size: float, unit: str) -> str:
+def nothing(what: str, least: float, size: float, unit: str) -> str:
+    """The sentence that nothing was found."""
     return (
         f"no {what} with a transmission angle of {np.degrees(least):.3g} deg and bars up to {size:g} {unit}; "
         "try a smaller angle, a smaller transmission_angle_min, or a larger size"
     )
 
 
-def _shown(given: Given, text: str, data: dict[str, Any], bars: Sequence[str], facts: Sequence[str]) -> SynthesisResult:
+def shown(given: Given, text: str, data: dict[str, Any], bars: Sequence[str], facts: Sequence[str]) -> SynthesisResult:
+    """The result with a row of parameters and facts for each solution."""
     rows = tuple((*(s["parameters"][k] for k in bars), *(s[n] for n in facts)) for s in data["solutions"])
     return SynthesisResult(given.task, Status.SOLVED, text, data, (*bars, *facts), rows, tuple(s["command"] for s in data["solutions"]))
 
@@ -129,15 +93,3 @@ def _line_of(f: StraightFourbar, angle: float, length: float) -> Built:
         "rocker": f.rocker * scale, "ground": f.ground * scale, "mode": 1, "point": abs(f.point) * scale,
         "point_angle": float(np.angle(f.point)), "first": float(crank[0]), "turn": angle,
     }), crank)  # fmt: skip
-
-
-def _sixbar(f: DwellSixbar, angle: float, crank: float) -> tuple[Built, Any]:
-    """The six-bar in its size, led through a turn from its reference pose; which of the crank angles lie in the dwell."""
-    rest = START + (f.first + np.linspace(0.0, 1.0, PLACES) * angle - START) % (2.0 * np.pi)
-    around = np.concatenate([[START], np.sort(rest), [START + 2.0 * np.pi]])
-    inside = np.concatenate([[False], np.ones(PLACES, dtype=bool), [False]])
-    return Built("stephenson", rounded({
-        "crank": crank, "coupler": f.coupler * crank, "rocker": f.rocker * crank, "ground": f.ground * crank, "mode": 1,
-        "point": abs(f.point) * crank, "point_angle": float(np.angle(f.point)), "link": f.link * crank, "output": f.output * crank,
-        "pivot_x": f.pivot.real * crank, "pivot_y": f.pivot.imag * crank, "mode_output": f.side,
-    }), around), inside  # fmt: skip

@@ -9,13 +9,14 @@ from mechlab.analytic.gear_linkage import TARGETS
 from mechlab.errors import unknown
 from mechlab.experiment.entry import Entry
 from mechlab.progress import silent
+from mechlab.studies.synthesis.dwells import dwell
 from mechlab.studies.synthesis.functions import function
 from mechlab.studies.synthesis.gears import closed_differential, gear_linkage, planetary
 from mechlab.studies.synthesis.given import Given
 from mechlab.studies.synthesis.linkages import path
 from mechlab.studies.synthesis.motions import motion
 from mechlab.studies.synthesis.result import SynthesisResult
-from mechlab.studies.synthesis.segments import dwell, straight_line
+from mechlab.studies.synthesis.segments import straight_line
 
 TASKS: dict[str, tuple[tuple[str, ...], Callable[[Given], SynthesisResult]]] = {
     "motion": (("x", "y", "angle", "chain", "arm", "size", "transmission_angle_min", "limit"), motion),
@@ -25,7 +26,7 @@ TASKS: dict[str, tuple[tuple[str, ...], Callable[[Given], SynthesisResult]]] = {
         function,
     ),
     "straight_line": (("length", "angle", "size", "transmission_angle_min", "limit"), straight_line),
-    "dwell": (("angle", "swing", "crank", "size", "transmission_angle_min", "limit"), dwell),
+    "dwell": (("angle", "swing", "segment", "clearance", "crank", "size", "transmission_angle_min", "limit"), dwell),
     "planetary": (("ratio", "planets", "z1", "z2", "z3", "z4", "pressure_angle_max", "limit"), planetary),
     "gear_linkage": (("coupler", "rocker", "idler_radius", "frame", "mode", *TARGETS), gear_linkage),
     "closed_differential": (("ratio_36_braked", "ratio_14_braked", "planets", "teeth", "tolerance", "limit"), closed_differential),
