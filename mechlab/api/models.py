@@ -38,7 +38,7 @@ def list_entries(
         family=F: one family, such as straight-line, gear-train, parallel-robot
         freedoms=N: mechanisms with this many degrees of freedom
         motion=M: in parallel planes, about one point, or in space
-        search=WORDS: entries that have all these words in name, title, family or sentence
+        search=WORDS: entries that have all these words in name, title, family, motion or sentence
     """
     from mechlab.catalog.listing import TableResult, found_in, moving, one_family
 

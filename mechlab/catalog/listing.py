@@ -44,6 +44,6 @@ def moving(rows: Sequence[Row], freedoms: int | None, motion: Motion | None) -> 
 
 
 def found_in(rows: Sequence[Row], words: str | None) -> list[Row]:
-    """The entries that have every word in name, title, family or summary, whatever its case."""
+    """The entries that have every word in name, title, family, motion or summary, whatever its case."""
     wanted = (words or "").lower().split()
-    return [r for r in rows if all(w in f"{r.name} {r.title} {r.family} {r.summary}".lower() for w in wanted)]
+    return [r for r in rows if all(w in f"{r.name} {r.title} {r.family} {r.motion} {r.summary}".lower() for w in wanted)]

@@ -34,7 +34,7 @@ def reach(p: Parameters, t: float) -> float:
 
 ENTRY = planar_entry(
     "rhombic_drive", "Rhombic drive", "engine",
-    summary="Four equal rods between two geared cranks: piston and displacer in line, out of phase.",
+    summary="Four equal rods between two geared cranks: piston and displacer of a Stirling engine in line, out of phase.",
     use="Stirling engines with a sealed crankcase, fully balanced.", origin="Rolf Meijer, Philips, 1953", parameters=Parameters,
     linkage=linkage, path=lambda p: {"left_angle": (0.0, 2 * math.pi)}, width=lambda p: 0.3 * p.crank, servo=(20.0, 0.2),
     points=("piston", "displacer"), sliders=("crank", "rod"), plots=(PlotRecipe("piston and displacer", ("piston_z", "displacer_z")),),

@@ -164,6 +164,7 @@ def test_families_and_words_of_the_list() -> None:
     steering = [r.name for r in TABLE if r.family == "steering"]
     assert steering and [r[0] for r in ml.list_entries(family="steering").rows] == steering
     assert [r[0] for r in ml.list_entries(search="Straight wheel").rows] == ["cardan_circles"]
+    assert [r[0] for r in ml.list_entries(search="spherical eye").rows] == ["agile_eye"]
     assert ml.list_entries(search="no such words").rows == ()
     assert [r[0] for r in ml.list_entries(freedoms=6).rows] == ["hexa", "stewart", "head_6rss"]
     assert "cardan" in [r[0] for r in ml.list_entries(motion="spherical", freedoms=1).rows]
