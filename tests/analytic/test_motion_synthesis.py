@@ -122,3 +122,16 @@ def test_positions_that_are_the_same_are_refused_and_turns_on_the_spot_are_not()
         PathTask(z, None, 10.0, 0.1, np.array([0.3, 0.3, 0.5, 0.6]))
     with pytest.raises(MechlabError, match="finite"):
         PathTask(z, None, 10.0, 0.1, np.array([0.3, math.nan, 0.5, 0.6]))
+
+
+@pytest.mark.parametrize(("size", "place"), [(1e9, 0j), (1e-9, 0j), (1.0, 1e6 + 2e6j)])
+def test_the_search_is_the_same_in_every_size_and_place(size: float, place: complex) -> None:
+    """Four positions of four-bars, five of six-bars: moved and enlarged, the same linkages; digits are lost to the place alone."""
+    z, turns = np.array([0.0, 1.0 + 0.1j, 2.0, 3.0 + 0.3j]), np.array([0.0, 0.3, 0.5, 0.2])
+    here, there = task_of(z, turns), task_of(place + size * z, turns)
+    far = 1e-6 + 1e-12 * abs(place)
+    for f in path_fourbars(there)[:2]:
+        assert not f.defect and max(missed(f, there)[0] / size, missed(f, there)[1]) < far
+    assert len(path_fourbars(there)) > 0 and not path_fourbars(here)[0].defect
+    best = path_sixbars(there, path_fourbars(there))[0]
+    assert not best.defect and max(missed(best, there)[0] / size, missed(best, there)[1]) < far

@@ -310,6 +310,8 @@ def test_a_slotted_dwell_is_found_as_an_entry(capsys: pytest.CaptureFixture[str]
         ("motion", {"x": (1, 1, 3), "y": (2, 2, 2), "angle": (0, 0, 1)}, "positions 1 and 2 are the same"),
         ("motion", {"x": (1, 2, 3), "y": (2, 2, 2), "angle": (0, 0, 1), "arm": 0.0}, "arm: expected 0.002 to 2000 m, got 0"),
         ("motion", {"x": (1, 2, 3), "y": (2, 2, 2), "angle": (0, 0)}, "angle: expected 3 numbers"),
+        ("motion", {"x": (0, 1e9, 2e9), "y": (2, 2, 2), "angle": (0, 0, 1)}, "extend over 2e\\+09 m.*1e-06 to 100000 m"),
+        ("path", {"x": (0, 1e-9, 2e-9), "y": (2, 2, 2)}, "extend over 2e-09 m"),
         ("path", {"x": (1, 2, 3), "y": (1, 1, 2), "chain": "watt"}, "chain: expected four-bar or six-bar, got 'watt'"),
         ("path", {"x": (1, 2, 3), "y": (1, 1, 2), "points": 3}, "key 'points' does not exist"),
         ("function", {"x": Range(1, 2), "y": "foo(x)"}, "'foo\\(x\\)'.*log10"),

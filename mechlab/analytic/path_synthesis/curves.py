@@ -20,6 +20,8 @@ Complex = NDArray[np.complex128]
 SIZES = 12
 FOURBAR = np.array([0, 1, 2, 3, 4, 5, 8, 9, 10, 11])
 """Numbers of a row that a four-bar has: all but V."""
+PIVOTS = (0, 4)
+"""Where O and D stand in a row."""
 COUPLER, LINK = 8, 9
 """Where b and c stand in a row."""
 
@@ -131,8 +133,15 @@ class Curve(Protocol):
         """Those of them that must be above 0."""
 
     @property
+    def pivots(self) -> tuple[int, ...]:
+        """Those of a row with which a point of the ground begins."""
+
+    @property
     def ratio(self) -> float:
         """Of its gears, 0 without."""
+
+    def scaled(self, scale: float) -> Curve:
+        """The kind of linkage whose rows are `scale` times as long."""
 
     def points(self, x: Array, mode: Array, t: Array) -> Traced:
         """See `points`."""
@@ -157,6 +166,11 @@ class Geared:
 
     ratio: float = 0.0
     lengths: tuple[int, ...] = (COUPLER, LINK)
+    pivots: tuple[int, ...] = PIVOTS
+
+    def scaled(self, scale: float) -> Geared:
+        """The same, as it has no length of its own."""
+        return self
 
     @property
     def free(self) -> NDArray[np.int_]:

@@ -41,6 +41,15 @@ class GuidedBody:
         return self.base.lengths
 
     @property
+    def pivots(self) -> tuple[int, ...]:
+        """Those of the linkage."""
+        return self.base.pivots
+
+    def scaled(self, scale: float) -> GuidedBody:
+        """The linkage with an arm in its scale."""
+        return GuidedBody(self.base, scale * self.arm)
+
+    @property
     def ratio(self) -> float:
         """That of the linkage."""
         return self.base.ratio

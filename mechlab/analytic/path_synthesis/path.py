@@ -42,6 +42,10 @@ RATIOS = (-1, 1, -2, 2)
 def path_fourbars(task: PathTask, progress: Callable[[int, int], None] = silent) -> tuple[PathLinkage, ...]:
     """Four-bars, the best first: exact ones in the order of their transmission angle, the others in that of their squares; also those with
     a defect. progress hears (done, total)."""
+    return tuple(task.from_unit(f) for f in _fourbars(task.unit, progress))
+
+
+def _fourbars(task: PathTask, progress: Callable[[int, int], None]) -> tuple[PathLinkage, ...]:
     if task.timed and task.turns is None and len(task.targets) == POSITIONS:
         found = [judged(f, FOUR, task, 1e-6) for f in _five(task)]
         if any(not f.defect and f.least_transmission_angle >= task.least for f in found):
@@ -68,6 +72,10 @@ def path_fivebars(
     task: PathTask, base: Sequence[PathLinkage], progress: Callable[[int, int], None] = silent
 ) -> tuple[PathLinkage, ...]:
     """Geared five-bars that grow from four-bars: from each, a small second crank in four directions, in each of the ratios."""
+    return tuple(task.from_unit(f) for f in _fivebars(task.unit, [task.to_unit(f) for f in base], progress))
+
+
+def _fivebars(task: PathTask, base: Sequence[PathLinkage], progress: Callable[[int, int], None]) -> tuple[PathLinkage, ...]:
     chosen = [f for f in base if not f.defect][: int(np.clip(500 // len(task.targets), 2, 8))]
     if not chosen:
         return ()

@@ -20,6 +20,7 @@ from mechlab.analytic.path_synthesis.curves import (
     COUPLER,
     FOURBAR,
     LINK,
+    PIVOTS,
     SIZES,
     Array,
     Complex,
@@ -59,6 +60,15 @@ class Sixbar:
 
     on_rocker: bool = False
     lengths: tuple[int, ...] = (COUPLER, LINK, ROD, ARM)
+
+    @property
+    def pivots(self) -> tuple[int, ...]:
+        """Those of the four-bar, and S where it is a point of the ground."""
+        return PIVOTS if self.on_rocker else (*PIVOTS, PIVOT)
+
+    def scaled(self, scale: float) -> Sixbar:
+        """The same, as it has no length of its own."""
+        return self
     ratio: float = 0.0
 
     @cached_property

@@ -51,6 +51,10 @@ def path_sixbars(
 ) -> tuple[PathLinkage, ...]:
     """Six-bars, the best first, as `path_fourbars` orders them; also those with a defect. base: four-bars found for the same task.
     seed: of the random dyads; progress hears (done, total)."""
+    return tuple(task.from_unit(f) for f in _sixbars(task.unit, [task.to_unit(f) for f in base], seed, progress))
+
+
+def _sixbars(task: PathTask, base: Sequence[PathLinkage], seed: int, progress: Callable[[int, int], None]) -> tuple[PathLinkage, ...]:
     rng, fewer = np.random.default_rng(seed), min(1.0, POINTS / len(task.targets))
     dyads = max(EACH, round(DYADS * fewer))
     shapes, between = _shapes(task, base, part(progress, 0, 60)), max(1, round(BETWEEN * fewer))

@@ -51,6 +51,20 @@ class PathTask:
         return 2.0 * float(np.max(np.abs(self.targets - self.targets.mean())))
 
     @property
+    def unit(self) -> PathTask:
+        """The task about the middle of its points, in their extent: the search is the same in every place and size."""
+        one = self.extent
+        return replace(self, targets=(self.targets - self.targets.mean()) / one, size=self.size / one, arm=self.arm / one)
+
+    def to_unit(self, f: PathLinkage) -> PathLinkage:
+        """A linkage of the task as one of `unit`."""
+        return f.moved(1.0 / self.extent, -complex(self.targets.mean()) / self.extent)
+
+    def from_unit(self, f: PathLinkage) -> PathLinkage:
+        """A linkage of `unit` as one of the task."""
+        return f.moved(self.extent, complex(self.targets.mean()))
+
+    @property
     def arrows(self) -> Complex | None:
         """Directions (n,) of the body, of the length of the arm; None where there is no body."""
         return None if self.turns is None else (self.arm or 0.5 * self.extent) * np.exp(1j * self.turns)
@@ -110,6 +124,14 @@ class PathLinkage:
     def ratio(self) -> int:
         """Ratio of the gears; 0: there are none."""
         return int(self.curve.ratio)
+
+    def moved(self, scale: float, shift: complex) -> PathLinkage:
+        """The linkage in another size, and then in another place [m]."""
+        row = scale * self.row
+        for k in self.curve.pivots:
+            row[k] += shift.real
+            row[k + 1] += shift.imag
+        return replace(self, curve=self.curve.scaled(scale), row=row, distances=scale * self.distances)
 
     @property
     def squares(self) -> float:

@@ -26,7 +26,7 @@ def dwell(given: Given) -> SynthesisResult:
     given.number("angle", "rad")
     angle = given.within("angle", "rad", np.pi, np.radians(10.0), np.radians(270.0))
     swing = given.within("swing", "rad", np.radians(30.0), np.radians(1.0), np.radians(150.0))
-    crank, size = given.within("crank", "m", 0.05, 1e-9, 1e9), given.within("size", "", 8.0, 2.0, 50.0)
+    crank, size = given.within("crank", "m", 0.05, 1e-6, 1e3), given.within("size", "", 8.0, 2.0, 50.0)
     least, limit, progress = least_of(given), given.integer("limit", 3, 1, 6), part(given.progress, 0, 85)
     straight = given.one_of("segment", ("arc", "straight")) == "straight"
     if not straight and "clearance" in given.values:

@@ -7,6 +7,9 @@ from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from mechlab.errors import MechlabError
 from mechlab.experiment.entry import Entry
 from mechlab.mechanism.parts import as_fraction
@@ -14,6 +17,8 @@ from mechlab.progress import silent
 from mechlab.values import Range
 
 MOST_TEETH = 2000
+SMALLEST, LARGEST = 1e-6, 1e5
+"""Extent of points that are given [m]; beyond, the engines' closures of what is found end in rounding."""
 
 
 class Given:
@@ -76,6 +81,16 @@ class Given:
             got = repr(value) if isinstance(value, str) else len(items)
             raise MechlabError(f"synthesize {self.task}: {key}: expected {many} numbers{in_unit}, got {got}.")
         return [Given(self.task, {key: x}, self.find).number(key, unit) for x in items]
+
+    def extent(self, places: NDArray[np.complex128]) -> float:
+        """Twice the largest distance of a place (n,) from the middle of all [m], of a size that the engines follow."""
+        out = 2.0 * float(np.max(np.abs(places - places.mean())))
+        if 0.0 < out and not SMALLEST <= out <= LARGEST:
+            raise MechlabError(
+                f"synthesize {self.task}: x, y: the points extend over {out:.3g} m; an engine leads what is found, from {SMALLEST:g} to "
+                f"{LARGEST:g} m. Are the lengths in metres?"
+            )
+        return out
 
     def ratio(self, key: str) -> Fraction:
         """An exact ratio."""

@@ -37,7 +37,7 @@ def path(given: Given) -> SynthesisResult:
     y = given.numbers("y", "m", len(x), len(x))
     timing = np.array(given.numbers("angle", "rad", len(x), len(x))) if "angle" in given.values else None
     targets = np.array(x) + 1j * np.array(y)
-    extent = 2.0 * float(np.max(np.abs(targets - targets.mean())))
+    extent = given.extent(targets)
     task = PathTask(
         targets, timing, given.within("size", "m", 10.0 * extent, 0.1 * extent, 1e6 * extent),
         given.within("transmission_angle_min", "rad", np.radians(10.0), 0.0, np.radians(80.0)),

@@ -33,7 +33,7 @@ def motion(given: Given) -> SynthesisResult:
     places, limit, six = np.array(x) + 1j * np.array(y), given.integer("limit", 3, 1, 50), given.six_bar()
     if len(x) == burmester.POSITIONS and not six and not SEARCHED & given.values.keys():
         return _five(given, places, angles, limit if "limit" in given.values else None)
-    extent = 2.0 * float(np.max(np.abs(places - places.mean())))
+    extent = given.extent(places)
     if not extent > 0.0:
         raise MechlabError("synthesize motion: the body's origin stays in one place, so a pivot there carries it; give places that differ.")
     task = PathTask(
