@@ -6,7 +6,6 @@ The page inverts this: an edited length that is a parameter becomes the key=valu
 from __future__ import annotations
 
 import json
-import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -18,8 +17,8 @@ from mechlab.experiment.parameters import describe
 from mechlab.formats.mechanism_json import to_json
 from mechlab.lab.design import Design, design
 
-SLOWEST_BUILD, LONGEST = 0.15, 1.5
-"""Times [s]: a definition that takes longer to build is not probed, and probing ends after the second one."""
+LARGEST, MOST = 10_000, 150_000
+"""Numbers of a document that is probed at most (the six-freedom delta has 2,335), and of all documents that are built for it."""
 STEP = 0.01
 """Share of a parameter by which it is moved either way."""
 STRAIGHT = 1e-7
@@ -59,19 +58,18 @@ def flat(document: Any, path: str = "") -> dict[str, float]:
 
 
 def named_numbers(d: Design) -> NamedNumbers | None:
-    """Three builds a parameter, in its richest fidelity; None for a definition without parameters that are numbers, or a slow one."""
-    began = time.perf_counter()
+    """Two builds a parameter, in its richest fidelity; None for a definition without parameters that are numbers, or a large one."""
     base = numbers_of(d)
-    if base is None:
+    if base is None or len(base) > LARGEST:
         return None
-    took = time.perf_counter() - began
-    found = []
+    found, built = [], 0
     for item in describe(d.entry.parameters):
-        if took > SLOWEST_BUILD or time.perf_counter() - began > LONGEST:
-            break
         value = getattr(d.parameters, item.name)
         if item.kind != "number" or not isinstance(value, float | int) or not np.isfinite(value):
             continue
+        built += 2 * len(base)
+        if built > MOST:
+            break
         step = STEP * abs(float(value)) or STEP
         low, high = (numbers_of(d, {item.name: float(value) + way * step}) for way in (-1.0, 1.0))
         slopes = _slopes(base, low, high, step)
