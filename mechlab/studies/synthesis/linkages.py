@@ -52,15 +52,8 @@ def path(given: Given) -> SynthesisResult:
         best = chosen[0].squares if chosen else np.inf
         chosen = [*chosen[:limit], *(g for g in gears if g.squares < 0.99 * best)][: 2 * limit]
         left_out = {k: n + more[k] for k, n in left_out.items()}
-    solutions = list[dict[str, Any]]()
-    for f in counted(chosen, part(given.progress, 90 if six else 80, 100)):
-        if len(solutions) == (limit if exact or six else 2 * limit):
-            break
-        row = verified(given, f, task)
-        if row is None:
-            left_out["engine"] += 1
-        else:
-            solutions.append(row)
+    most = limit if exact or six else 2 * limit
+    solutions = verified_rows(given, counted(chosen, part(given.progress, 90 if six else 80, 100)), task, most, left_out)
     data = {"count": len(solutions), "solutions": solutions, "left_out": left_out, "points": len(x), "timed": task.timed}
     if not solutions:
         return SynthesisResult(given.task, Status.OUT_OF_REACH, _out_of_reach(task, left_out), data)
@@ -99,6 +92,22 @@ def kept(found: Iterable[PathLinkage], task: PathTask) -> tuple[list[PathLinkage
     # the fit keeps to the angle at the points; on the way between them it may be smaller by rounding of a limit
     chosen = [f for f in fine if f.least_transmission_angle >= task.least - 1e-9]
     return chosen, count | {"transmission_angle": len(fine) - len(chosen), "engine": 0}
+
+
+def verified_rows(
+    given: Given, chosen: Iterable[PathLinkage], task: PathTask, most: int, left_out: dict[str, int]
+) -> list[dict[str, Any]]:
+    """The first `most` linkages that an engine follows; those that it does not are counted as left out by the "engine"."""
+    rows = list[dict[str, Any]]()
+    for f in chosen:
+        if len(rows) == most:
+            break
+        row = verified(given, f, task)
+        if row is None:
+            left_out["engine"] += 1
+        else:
+            rows.append(row)
+    return rows
 
 
 def verified(given: Given, f: PathLinkage, task: PathTask) -> dict[str, Any] | None:

@@ -18,7 +18,7 @@ from mechlab.mechanism.newton import Status
 from mechlab.progress import counted, part
 from mechlab.studies.synthesis.built import Built, rounded
 from mechlab.studies.synthesis.given import Given
-from mechlab.studies.synthesis.linkages import NAMED, POINTS, angles_off, fourbar_parameters, kept, verified
+from mechlab.studies.synthesis.linkages import NAMED, POINTS, angles_off, fourbar_parameters, kept, verified_rows
 from mechlab.studies.synthesis.result import SynthesisResult, found_rows
 
 SEARCHED = frozenset({"arm", "size", "transmission_angle_min"})
@@ -43,15 +43,7 @@ def motion(given: Given) -> SynthesisResult:
     )  # fmt: skip
     bars = path_fourbars(task, part(given.progress, 0, 30 if six else 90))
     chosen, left_out = kept(path_sixbars(task, bars, progress=part(given.progress, 30, 90)) if six else bars, task)
-    solutions = list[dict[str, Any]]()
-    for f in counted(chosen, part(given.progress, 90, 100)):
-        if len(solutions) == limit:
-            break
-        row = verified(given, f, task)
-        if row is None:
-            left_out["engine"] += 1
-        else:
-            solutions.append(row)
+    solutions = verified_rows(given, counted(chosen, part(given.progress, 90, 100)), task, limit, left_out)
     data: dict[str, Any] = {"count": len(solutions), "solutions": solutions, "left_out": left_out, "positions": len(x), "arm": task.arm}
     if not solutions:
         return SynthesisResult(given.task, Status.OUT_OF_REACH, _out_of_reach(task, six, left_out), data)
