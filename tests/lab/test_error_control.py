@@ -9,12 +9,16 @@ from mechlab import api
 from mechlab.cli import main
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.scene import Scene, initial_state
+from mechlab.integrate import count_work, work_done
 from mechlab.lab.accuracy.energies import why_energy_is_not_enough
 from mechlab.lab.accuracy.energy_motion import EnergyMotion
+from mechlab.lab.accuracy.measure import ErrorMeasure
+from mechlab.lab.accuracy.refinement import PATIENCE, RefinedMethod
 from mechlab.lab.accuracy.result import Solution
+from mechlab.lab.accuracy.rules import METHOD_RULES
 from mechlab.lab.accuracy.solve import solve_to
 from mechlab.lab.design import design
-from mechlab.lab.methods import Problem, method
+from mechlab.lab.methods import Method, Problem, method
 from mechlab.lab.own_mechanism import entry_of
 from mechlab.mechanism import Builder, Inertia, prismatic, revolute
 from mechlab.mechanism.batch_tree import BatchRows, BatchTree
@@ -250,3 +254,24 @@ def test_a_stiff_tree_reaches_1e_9_by_lsoda() -> None:
     assert "LSODA" in result.method
     # the check is by the other engine's equations
     assert result.check is not None and "Pinocchio" in result.check.method
+
+
+def test_a_run_that_takes_more_work_than_expected_is_stopped_and_paid_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It may be made again with twice as much, until the budget is what ends it; all that it did counts."""
+    problem = Problem(api.load("fourbar").for_scene("free-run"), api.load("fourbar").scene("free-run"))
+    rule = next(r for r in METHOD_RULES if r.name == "MuJoCo RK4")
+    one = RefinedMethod(rule, problem, ErrorMeasure(problem, None), 0.0, 1e-3)
+
+    def endless(*_: object) -> None:
+        while True:
+            count_work(0.01)
+
+    monkeypatch.setattr(Method, "run", endless)
+    begun, allowed = work_done(), []
+    while not one.ended:
+        expected = one.next_cost
+        one.refine(2.0)
+        allowed.append(one.stopped)
+        assert one.stopped == pytest.approx(min(2.0, max(PATIENCE * expected, 0.05))) and len(allowed) < 20
+    assert allowed[0] < 2.0 and allowed[-1] == 2.0 and "more than 2 s" in one.ended and one.cpu_s > 0.0
+    assert one.done == pytest.approx(work_done() - begun) and one.done >= sum(allowed)

@@ -7,6 +7,7 @@ p is the observed power, but at most the theoretical order.
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -301,12 +302,15 @@ class RefinedMethod:
 
     def _run(self, problem: Problem, value: float) -> tuple[Trace, float]:
         """A run and its work [s], which is added to `done`, its CPU time to `cpu_s`."""
-        before = work_done()
+        before, began = work_done(), time.thread_time()
         try:
             if self._records and problem is self.problem:
                 trace = self._recorded_run(value)
             else:
                 trace = self.method.run(replace(problem, outputs=self._outputs(value)), value)
+        except BaseException:  # a run that is stopped, or fails, is paid for too
+            self.cpu_s += time.thread_time() - began
+            raise
         finally:
             work = work_done() - before
             self.done += work
