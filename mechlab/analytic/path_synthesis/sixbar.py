@@ -60,6 +60,7 @@ class Sixbar:
 
     on_rocker: bool = False
     lengths: tuple[int, ...] = (COUPLER, LINK, ROD, ARM)
+    ratio: float = 0.0
 
     @property
     def pivots(self) -> tuple[int, ...]:
@@ -69,7 +70,6 @@ class Sixbar:
     def scaled(self, scale: float) -> Sixbar:
         """The same, as it has no length of its own."""
         return self
-    ratio: float = 0.0
 
     @cached_property
     def free(self) -> NDArray[np.int_]:

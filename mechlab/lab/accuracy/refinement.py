@@ -1,8 +1,4 @@
-"""The runs of one method, each with half the step (or a tenth of the tolerance) of the one before, and the error of the best.
-
-Where the changes from run to run fall with the power p of the step, the error of the last is change / (2^p - 1) (Richardson);
-p is the observed power, but at most the theoretical order.
-"""
+"""The runs of one method, each with half the step (or a tenth of the tolerance) of the one before, and the error of the best."""
 
 from __future__ import annotations
 
@@ -19,6 +15,7 @@ from mechlab.experiment.held_rates import captured
 from mechlab.experiment.recording import Recording, Trace
 from mechlab.experiment.scene import Settings
 from mechlab.integrate import OutOfWork, count_work, work_done, work_limit
+from mechlab.lab.accuracy.convergence import error_of_steps, error_of_tolerances, seen_order
 from mechlab.lab.accuracy.dense import DenseStates, dense_states, meets_range, with_difference
 from mechlab.lab.accuracy.measure import ErrorMeasure, change, largest
 from mechlab.lab.accuracy.result import NeighbourMotion
@@ -26,20 +23,14 @@ from mechlab.lab.accuracy.rules import EPSILON, EXTRAPOLATED, LOOPS_HOPED, LOOPS
 from mechlab.lab.methods import Method, Problem, has_kinks
 from mechlab.mechanism.geometry import Array
 
-TOO_FAST = 2.0
-"""A change that falls this many times faster than in theory does so by chance: then it is the estimate itself."""
 CAPTURE_SHARE = 0.5
 """Share of their capture time with which held rates are run again, to see what that time does."""
 TOLERANCE_SHARE = 2.0
 """Error of a channel over its change between a tolerance and a tenth of it, at most: LSODA's may fall by a third alone (flyball over
 0.5 s from 1e-8 to 1e-9)."""
-LONG_STEPS = 1.5
-"""Two runs with steps longer than the distance of the outputs may agree by chance: their change counts so many times."""
 PATIENCE = 2.0
 """A run is stopped when it takes so many times the work that was expected of it, while other methods may be cheaper; it may be made
 again, with twice as much."""
-KINK_RATIO = 16.0
-"""With kinks in the motion the error is estimated as at least the change before the last over this ratio."""
 
 
 @dataclass
@@ -166,7 +157,7 @@ class RefinedMethod:
         more = max(1, self._enough - len(self.tracked))
         last = change(self.tracked[-1], self.tracked[-2]) if len(self.tracked) > 1 else 0.0
         if math.isfinite(self.estimate) and last > 0.0 and self.rule.control == "step":
-            needed = math.log2(RULES.safety * last / self.target) / max(self._seen_order, 0.5)
+            needed = math.log2(RULES.safety * last / self.target) / max(seen_order(self.tracked, self._hoped), 0.5)
             more = max(more, math.ceil(min(needed, 30.0)))
         return cost * (growth**more - 1.0) / (growth - 1.0)
 
@@ -176,15 +167,6 @@ class RefinedMethod:
         if self.rule.control == "tolerance":
             return 2 if self.rule.error_left[0] else RULES.runs
         return RULES.runs if self.rule.extrapolated or has_kinks(self.problem.scene) else 2
-
-    @property
-    def _seen_order(self) -> float:
-        """The order that the last three runs show, at most the theoretical one, which counts before there are three."""
-        hoped = LOOPS_HOPED if self.rule.engine == "mujoco" and _rows(self.problem) else self._order
-        if len(self.tracked) < 3:
-            return hoped
-        last, before = change(self.tracked[-1], self.tracked[-2]), change(self.tracked[-2], self.tracked[-3])
-        return min(hoped, math.log2(before / last)) if 0.0 < last < before else 0.5
 
     def cost_given(self, others: Sequence[RefinedMethod]) -> float:
         """`cost_to_target`; before the first run at least that of the first run of another method with the same integrator,
@@ -377,32 +359,16 @@ class RefinedMethod:
     def _estimate_error(self) -> None:
         q, v = self.tables[-1][-1]
         self.tracked.append(self.measure(self.nodes(len(q)), q, v))
-        if len(self.tracked) < 2:
-            return
-        last = change(self.tracked[-1], self.tracked[-2])
         if self.rule.control == "tolerance":
-            # the change is the error of the coarser run; one that started far above the target may agree by chance
-            enough = 2 if self.rule.error_left[0] else RULES.runs
-            self.estimate = last if len(self.tracked) >= enough else math.inf
-            return
-        if len(self.tracked) < RULES.runs:
-            # two runs of a method that does not extrapolate: the change itself, not a share of it; more with long steps
-            unsure = self.rule.extrapolated or has_kinks(self.problem.scene)
-            long = len(q) <= self.problem.outputs
-            self.estimate = math.inf if unsure else LONG_STEPS * last if long else last
-            return
-        before = change(self.tracked[-2], self.tracked[-3])
-        if has_kinks(self.problem.scene):
-            # which step a kink falls into is chance: two runs may agree by luck, and none is better than the change
-            self.estimate = max(last, before / KINK_RATIO)
-            return
-        ratio, theory = before / last if last > 0.0 else math.inf, 2.0**self._order
-        if ratio > TOO_FAST * theory and not self.rule.extrapolated:
-            self.estimate = last
-            return
-        # the observed ratio, never better than theory promises; without a falling error the change itself counts
-        ratio = min(ratio, theory)
-        self.estimate = last / (ratio - 1.0) if ratio > 1.5 else 2.0 * max(last, before)
+            self.estimate = error_of_tolerances(self.tracked, self._enough)
+        else:
+            kinks, long = has_kinks(self.problem.scene), len(q) <= self.problem.outputs
+            self.estimate = error_of_steps(self.tracked, self._order, self.rule.extrapolated, kinks, long)
+
+    @property
+    def _hoped(self) -> float:
+        """Power of the step with which errors fall where the cost is foreseen."""
+        return LOOPS_HOPED if self.rule.engine == "mujoco" and _rows(self.problem) else self._order
 
     @property
     def _order(self) -> float:
