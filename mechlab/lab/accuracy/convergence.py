@@ -24,11 +24,10 @@ SLOW = 0.585
 
 
 def seen_order(changes: Sequence[float], steps: Sequence[float], hoped: float) -> float:
-    """The order that the last three runs show, at most the hoped one, which counts before there are three."""
-    if len(changes) < 2:
+    """The order that the last three runs show, at least 1/2 and at most the hoped one, which counts before there are three."""
+    if len(changes) < 2 or changes[-1] == 0.0:
         return hoped
-    last, before = changes[-1], changes[-2]
-    return min(hoped, _order(before / last, *steps[-3:])) if 0.0 < last < before else 0.5
+    return min(hoped, max(0.5, _order(changes[-2] / changes[-1], *steps[-3:])))
 
 
 def _falls(p: float, *steps: float) -> float:

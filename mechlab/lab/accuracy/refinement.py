@@ -160,7 +160,7 @@ class RefinedMethod:
         more = max(1, self._enough - len(self.runs))
         last = self.changes[-1] if self.changes else 0.0
         if math.isfinite(self.estimate) and last > 0.0 and self.rule.control == "step":
-            order = max(seen_order(self.changes, self._steps, self._hoped), 0.5)
+            order = seen_order(self.changes, self._steps, self._hoped)
             needed = math.log(RULES.safety * last / self.target, growth) / order
             more = max(more, math.ceil(min(needed, 30.0)))
         return cost * (growth**more - 1.0) / (growth - 1.0)
