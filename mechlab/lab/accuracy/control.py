@@ -43,7 +43,8 @@ CAPTURES, SHORTER = 3, 0.4
 """How often held rates are captured in less time, where that time is most of the error, and the share of the target that their
 next error, which is of first order in it, shall be."""
 EVERY, EVERY_ONE = 4, 16
-"""The runs compared with are recorded at every EVERYth output, and at the first ones, where motions start that die away at once."""
+"""The runs compared with are recorded at every EVERYth output, and at the first ones, where motions start that die away at once, and the
+last, where what is interpolated has no further neighbour."""
 FINER = 0.1
 """Share of the error asked for that is asked for where the energy of a run does not balance."""
 STATES_SUFFICE = frozenset({"poses", "drive_forces"})
@@ -185,7 +186,8 @@ def _some(result: Solution, n: NeighbourMotion) -> Solution:
     """Some of the states of a neighbour of a solution: see EVERY."""
     count, t = len(result.t), result.t
     # where every EVERYth output is a node of longer steps, those between are looked at
-    some = np.union1d(np.arange(min(EVERY_ONE, count)), np.append(np.arange(EVERY // 2, count, EVERY), count - 1))
+    ends = np.r_[0 : min(EVERY_ONE, count), max(0, count - EVERY_ONE) : count]
+    some = np.union1d(ends, np.arange(EVERY // 2, count, EVERY))
     return replace(result, motion=n.motion, t=t[some], q=n.q[some], v=n.v[some], between=None)
 
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import make_interp_spline
 
 from mechlab.engines.protocol import available, engine
 from mechlab.experiment.laws import applied_force
@@ -49,7 +49,7 @@ OF_VALUES_AND_RATES = frozenset(
 class DenseStates:
     """q (n, nq), v (n, nv) at n times; near_q, near_v: moved by what interpolation and closing may have changed: BETWEEN of the
     change when every second node is left out, and all that closing them has moved. a (n, nv), forces (n,) of joints and shafts: the
-    accelerations and what laws act with, cubic splines through those at the nodes."""
+    accelerations and what laws act with, quintic splines through those at the nodes."""
 
     q: Array
     v: Array
@@ -130,11 +130,15 @@ def _dynamics(m: Mechanism) -> BatchDynamics:
 
 def dense_states(m: Mechanism, scene: Scene, nodes: Array, q: Array, v: Array, t: Array) -> DenseStates:
     """The motion q (k, nv), v (k, nv) at the nodes (k,), k odd, at times t (n,)."""
+    as_is, (q, v) = (q, v), _closed(m, q, v)
     forces, a = driven(m, scene, nodes, q, v)
     every, second = (interpolated(m, nodes[::k], q[::k], v[::k], a[::k], t) for k in (1, 2))
     closed = _closed(m, *every)
-    near_q, near_v = (x + BETWEEN * (less - x) + (as_is - x) for x, less, as_is in zip(closed, second, every, strict=True))
-    between = CubicSpline(nodes, np.column_stack([a, *forces.values()]))(t)
+    near_q, near_v = (
+        x + BETWEEN * (less - x) + (all_ - x) + between_nodes(nodes, raw - node, t)
+        for x, less, all_, raw, node in zip(closed, second, every, as_is, (q, v), strict=True)
+    )
+    between = np.asarray(make_interp_spline(nodes, np.column_stack([a, *forces.values()]), k=5)(t))
     return DenseStates(*closed, near_q, near_v, between[:, : m.nv], dict(zip(forces, between[:, m.nv :].T, strict=True)))
 
 
