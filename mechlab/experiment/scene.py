@@ -155,9 +155,18 @@ def initial_state(mechanism: Mechanism, scene: Scene) -> tuple[Array, Array]:
     ones that the constraints allow. Raises MechlabError for an unknown name, NoSolution when the pose does not close or
     the rates contradict the constraints, naming the row or value that is not met.
     """
-    what = f"{mechanism.name}, scene {scene.name!r}"
-    q = initial_pose(mechanism, scene.initial, what)
-    return q, initial_rates(mechanism, q, scene.initial_rates, what)
+    q, v = _start(mechanism, tuple(scene.initial.items()), tuple(scene.initial_rates.items()), scene.name)
+    return q.copy(), v.copy()
+
+
+@lru_cache(maxsize=32)
+def _start(
+    mechanism: Mechanism, values: tuple[tuple[str, float], ...], rates: tuple[tuple[str, float], ...], scene: str
+) -> tuple[Array, Array]:
+    """`initial_state`, found once for all runs of a scene."""
+    what = f"{mechanism.name}, scene {scene!r}"
+    q = initial_pose(mechanism, dict(values), what)
+    return q, initial_rates(mechanism, q, dict(rates), what)
 
 
 def initial_pose(mechanism: Mechanism, values: Mapping[str, float], what: str) -> Array:

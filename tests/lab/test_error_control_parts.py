@@ -1,5 +1,7 @@
 """What error control is made of: trees and rows of many poses, clocks, checks, ladders, LSODA, each against its theory."""
 
+import itertools
+from dataclasses import replace
 from importlib import import_module
 
 import numpy as np
@@ -12,8 +14,10 @@ from mechlab.experiment.recording import frame_positions
 from mechlab.experiment.scene import Scene, Settings, initial_state
 from mechlab.integrate.path_time import PathTime, SwingTime, chebyshev_nodes
 from mechlab.lab.accuracy.branch import PoseBranch, _interpolated
+from mechlab.lab.accuracy.convergence import error_of_steps, seen_order
 from mechlab.lab.accuracy.energies import OneJointEnergies, TreeEnergies
 from mechlab.lab.accuracy.energy_motion import EnergyMotion
+from mechlab.lab.accuracy.even_run import EvenRun
 from mechlab.lab.accuracy.measure import ErrorMeasure
 from mechlab.lab.accuracy.refinement import RefinedMethod
 from mechlab.lab.accuracy.rules import METHOD_RULES
@@ -256,3 +260,35 @@ def test_sharpened_poses_have_tangents_as_exact_as_poses() -> None:
     branch.sharpen()
     after = np.max(np.abs(np.array(branch.u[1:]) - slopes))
     assert after < 1e-6 < 1e-5 < before
+
+
+@pytest.mark.parametrize("steps", [(1.0, 0.5, 0.25), (1.0, 0.5, 0.4), (1.0, 0.8, 0.5), (1.0, 0.625, 0.5)])
+@pytest.mark.parametrize("power", [1.0, 2.0, 3.5])
+def test_the_error_follows_from_steps_in_any_ratio(steps: tuple[float, ...], power: float) -> None:
+    """Errors 3 h^p: told to the last digit by an order of at least p, and no less than they are by a lower one or two runs."""
+    errors = [3.0 * h**power for h in steps]
+    changes = [a - b for a, b in itertools.pairwise(errors)]
+    assert seen_order(changes, steps, 4.0) == pytest.approx(power, abs=1e-5)  # xtol 1e-6 of the root
+    assert error_of_steps(changes, steps, 4.0, False, False, False) == pytest.approx(errors[-1], rel=1e-4)
+    assert error_of_steps(changes, steps, 1.0, False, False, False) >= errors[-1] * (1.0 - 1e-9)
+    assert error_of_steps(changes[:1], steps[:2], 4.0, False, False, False) >= errors[1] * (1.0 - 1e-9)
+
+
+def test_runs_with_steps_that_do_not_divide_each_other_are_compared() -> None:
+    """A pendulum's angle sin t at 51 and at 65 times: the cubic between two nodes is off by h^4 / 384."""
+    lived = api.load("pendulum").for_scene(None)
+    problem = Problem(lived, replace(lived.scene(), duration=6.0))
+    measure = ErrorMeasure(problem, None)
+
+    def run(count: int, shift: float) -> EvenRun:
+        t = np.linspace(0.0, 6.0, count)[:, None]
+        return EvenRun.of(measure, np.sin(t) + shift, np.cos(t))
+
+    one, other = run(51, 0.0), run(65, 0.0)
+    q, v = other.at(one.t)
+    h = 6.0 / 64
+    assert np.max(np.abs(q - one.q)) < h**4 / 384 and np.max(np.abs(v - one.v)) < h**3  # the spline's ends are of third order
+    # the tracked bob is at a distance of the rod's length from the pin: it moves by as much as the angle, times that length
+    assert one.apart(other, measure) < h**4 / 384 < 1e-6
+    apart = one.apart(run(65, 1e-3), measure)
+    assert apart == run(65, 1e-3).apart(one, measure) == pytest.approx(run(51, 1e-3).apart(one, measure), rel=1e-3)

@@ -143,13 +143,6 @@ def largest(difference: Array) -> float:
     return float(np.abs(difference).max(initial=0.0))
 
 
-def change(a: Array, b: Array) -> float:
-    """Largest difference of two runs a (n, k), b (m, k) at their common times, both even over the same duration; n - 1 and m - 1
-    divide one another."""
-    common = min(len(a), len(b)) - 1
-    return largest(a[:: (len(a) - 1) // common] - b[:: (len(b) - 1) // common])
-
-
 def tracked_and_change(measure: ErrorMeasure, t: Array, states: States, *shifts: Array) -> tuple[Array, float]:
     """The tracked quantities (n, names) of states, and their largest change when the poses move by any of `shifts` (n, nv)."""
     count = len(t)

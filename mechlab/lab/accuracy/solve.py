@@ -23,7 +23,7 @@ from mechlab.lab.accuracy.branch import candidate_joints
 from mechlab.lab.accuracy.by_energy import SolveTask, solve_as_pendulum, solve_by_energy
 from mechlab.lab.accuracy.check import CheckRunner
 from mechlab.lab.accuracy.energies import OneJointEnergies, energies_of, why_energy_is_not_enough
-from mechlab.lab.accuracy.measure import CostCounter, ErrorMeasure, change, largest
+from mechlab.lab.accuracy.measure import CostCounter, ErrorMeasure, largest
 from mechlab.lab.accuracy.refinement import RefinedMethod
 from mechlab.lab.accuracy.result import (
     LIMITED_BY_CAPTURE,
@@ -261,12 +261,11 @@ def _usable(one: RefinedMethod, freedoms: int) -> bool:
 
 def _check_by_other(best: RefinedMethod, others: list[RefinedMethod], t: Array, problem: Problem) -> MethodCheck | None:
     """The check by a method of another engine with at least two runs: that of the smallest last change; None without one."""
-    others_run = [x for x in others if len(x.tracked) >= 2 and x.rule.engine != best.rule.engine]
+    others_run = [x for x in others if x.changes and x.rule.engine != best.rule.engine]
     if not others_run:
         return None
-    other = min(others_run, key=lambda x: change(x.tracked[-1], x.tracked[-2]))
-    own = change(other.tracked[-1], other.tracked[-2])
-    difference = change(other.tracked[-1], best.tracked[-1])
+    other = min(others_run, key=lambda x: x.changes[-1])
+    own, difference = other.changes[-1], other.runs[-1].apart(best.runs[-1], best.measure)
     unit = best.measure.unit
     sentence = (
         f"check by {other.rule.name} up to t = {t[-1]:.4g} s: it differs by {difference:.2g} {unit}, and changes by {own:.2g} {unit} "
