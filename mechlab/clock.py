@@ -18,6 +18,8 @@ from dataclasses import dataclass, fields, replace
 from functools import wraps
 from typing import Any, ParamSpec, TypeVar
 
+from mechlab.algebra_threads import one_algebra_thread
+
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -104,7 +106,8 @@ def costed(run: Callable[P, R]) -> Callable[P, R]:
         clock.depth += 1
         try:
             first = clock.read()
-            made: Any = run(*args, **kwargs)
+            with one_algebra_thread():
+                made: Any = run(*args, **kwargs)
             parts = clock.read() - first
             result: R = replace(made, cost=replace(made.cost, total_s=parts.total, parts=parts))
         finally:

@@ -8,6 +8,7 @@ from difflib import get_close_matches
 from functools import wraps
 from typing import ParamSpec, TypeVar
 
+from mechlab.algebra_threads import one_algebra_thread
 from mechlab.errors import MechlabError
 
 P = ParamSpec("P")
@@ -21,7 +22,8 @@ def suggesting(verb: Callable[P, R]) -> Callable[P, R]:
     @wraps(verb)
     def call(*args: P.args, **kwargs: P.kwargs) -> R:
         try:
-            return verb(*args, **kwargs)
+            with one_algebra_thread():
+                return verb(*args, **kwargs)
         except MechlabError as error:
             written = args[1] if len(args) > 1 and isinstance(args[1], Mapping) else {}  # key=value of the command line
             keys = {*kwargs, *written}

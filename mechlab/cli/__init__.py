@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mechlab import algebra_threads
 from mechlab.cli import output
 from mechlab.cli.arguments import one_name, refuse_bytes, split_tokens, with_flags
 from mechlab.cli.terminal import bar
@@ -53,8 +54,6 @@ Three commands to try:
 All verbs: mechlab --help. One verb: mechlab VERB --help."""
 PRINTS_STAGES = ("run", "gallery")
 """Functions whose stages are printed; those of others are for Python alone."""
-ALGEBRA_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
-"""What tells the algebra of numpy and scipy how many threads to take, besides OMP_NUM_THREADS."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -78,7 +77,7 @@ def _one_thread() -> None:
     """Before numpy loads: its algebra starts no threads, unless the user says how many. The matrices of mechanisms are small: the
     threads would burn a tenth of a second of CPU waiting for work."""
     if "OMP_NUM_THREADS" not in os.environ:
-        for name in ALGEBRA_THREADS:
+        for name in algebra_threads.NAMES:
             os.environ.setdefault(name, "1")
 
 

@@ -25,6 +25,10 @@ MODE_POSES = 2000
 """Poses whose assembly mode is told at once."""
 
 
+UNWATCHED = Finding("assembly_mode", 0.0, 0.0, "changes", "ok", "no drives: the assembly mode was not watched")
+"""The finding of a run in which no joint is held."""
+
+
 def mode_finding(mechanism: Mechanism, jacobian: Array, held: Sequence[str], strict: bool = False) -> Finding:
     """Finding "assembly_mode": how often the assembly mode for the held joints changed along a run with the constraint Jacobians
     (n, rows, nv).
@@ -38,8 +42,6 @@ def mode_finding(mechanism: Mechanism, jacobian: Array, held: Sequence[str], str
     known = signs[signs != 0]
     if not len(known):
         text = "the assembly mode cannot be told: the drives do not fix the mechanism"
-        if not held:
-            text = "no drives: the assembly mode was not watched"
         return Finding("assembly_mode", 0.0, 0.0, "changes", "ok", text)
     changes = int(np.count_nonzero(np.diff(known)))
     if changes:

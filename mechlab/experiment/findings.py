@@ -13,7 +13,7 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mechlab.experiment.assembly_modes import mode_finding
+from mechlab.experiment.assembly_modes import UNWATCHED, mode_finding
 from mechlab.experiment.laws import Law
 from mechlab.experiment.recording import Finding, limit_finding
 from mechlab.mechanism.constraints import ConstraintSet
@@ -54,7 +54,7 @@ def kinematic_findings(
         return tuple(out)
     constraints = ConstraintSet(mechanism)
     states, rows = ManyStates(mechanism, q), state_rows(mechanism)
-    residual, jacobian = rows.residual(states), rows.jacobian(states)
+    residual = rows.residual(states)
     offset, angle, relation = row_kinds(mechanism, constraints)
     for name, kind, unit, what in (
         ("loop_gap", offset, "m", "the loops open by up to"),
@@ -68,7 +68,7 @@ def kinematic_findings(
             out.append(limit_finding(name, worst, bound, unit, f"{what} (at {culprit})", 0.1 * bound))
     if len(constraints):
         watched = keep_mode or held or [d.on for d in mechanism.drives]
-        out.append(mode_finding(mechanism, jacobian, watched, strict=bool(keep_mode)))
+        out.append(mode_finding(mechanism, rows.jacobian(states), watched, bool(keep_mode)) if watched else UNWATCHED)
     return tuple(out)
 
 

@@ -155,9 +155,18 @@ def initial_state(mechanism: Mechanism, scene: Scene) -> tuple[Array, Array]:
     ones that the constraints allow. Raises MechlabError for an unknown name, NoSolution when the pose does not close or
     the rates contradict the constraints, naming the row or value that is not met.
     """
-    what = f"{mechanism.name}, scene {scene.name!r}"
-    q = initial_pose(mechanism, scene.initial, what)
-    return q, initial_rates(mechanism, q, scene.initial_rates, what)
+    q, v = _start(mechanism, tuple(scene.initial.items()), tuple(scene.initial_rates.items()), scene.name)
+    return q.copy(), v.copy()
+
+
+@lru_cache(maxsize=32)
+def _start(
+    mechanism: Mechanism, values: tuple[tuple[str, float], ...], rates: tuple[tuple[str, float], ...], scene: str
+) -> tuple[Array, Array]:
+    """`initial_state`, found once for all runs of a scene."""
+    what = f"{mechanism.name}, scene {scene!r}"
+    q = initial_pose(mechanism, dict(values), what)
+    return q, initial_rates(mechanism, q, dict(rates), what)
 
 
 def initial_pose(mechanism: Mechanism, values: Mapping[str, float], what: str) -> Array:
@@ -201,8 +210,7 @@ def initial_rates(mechanism: Mechanism, q: Array, rates: Mapping[str, float], wh
     rows = np.array([mechanism.row(n) for n in names]).reshape(len(names), mechanism.nv)
     if not any(rates.values()):
         return np.zeros(mechanism.nv)
-    constraints = ConstraintSet(mechanism)
-    jacobian = constraints.jacobian(TreeKinematics(mechanism, q))
+    constraints, jacobian = ConstraintSet(mechanism), _jacobian(mechanism, tuple(q.tolist()))
     matrix = np.vstack([jacobian, rows])
     wanted = np.concatenate([np.zeros(len(jacobian)), [float(rates[n]) for n in names]])
     v = np.linalg.lstsq(matrix, wanted, rcond=1e-11)[0]
@@ -215,6 +223,12 @@ def initial_rates(mechanism: Mechanism, q: Array, rates: Mapping[str, float], wh
             f"({culprit} is missed by {gap[k]:.3g}). Give as many rates as there are degrees of freedom."
         )
     return np.asarray(v)
+
+
+@lru_cache(maxsize=32)
+def _jacobian(mechanism: Mechanism, q: tuple[float, ...]) -> Array:
+    """(rows, nv) constraint Jacobian of a start, which every run of a scene asks for."""
+    return ConstraintSet(mechanism).jacobian(TreeKinematics(mechanism, np.array(q)))
 
 
 def _finite(values: Mapping[str, float], what: str, kind: str) -> None:

@@ -36,19 +36,22 @@ def chebyshev_fit(n: int) -> Array:
 @lru_cache(maxsize=16)
 def chebyshev_integral(n: int) -> Array:
     """(n + 2, n + 1) matrix from the coefficients of f to those of its integral from -1."""
-    out = np.zeros((n + 2, n + 1))
-    for k in range(n + 1):
-        out[:, k] = np.pad(np.polynomial.chebyshev.chebint(np.eye(n + 1)[k], lbnd=-1), (0, n + 2))[: n + 2]
+    # 2 T_k = T_k+1' / (k + 1) - T_k-1' / (k - 1)
+    out, k = np.zeros((n + 2, n + 1)), np.arange(n + 1)
+    out[k[1:] + 1, k[1:]] = 0.5 / (k[1:] + 1)
+    out[k[2:] - 1, k[2:]] = -0.5 / (k[2:] - 1)
+    out[1, 0] = 1.0
+    out[0] = -((-1.0) ** np.arange(1, n + 2) @ out[1:])
     return out
 
 
 @lru_cache(maxsize=16)
 def chebyshev_derivative(n: int) -> Array:
     """(n + 1, n + 1) matrix from the coefficients of f to those of df/dxi."""
-    out = np.zeros((n + 1, n + 1))
-    for k in range(1, n + 1):
-        found = np.polynomial.chebyshev.chebder(np.eye(n + 1)[k])
-        out[: len(found), k] = found
+    # T_k' = 2 k (T_k-1 + T_k-3 + ...), of T_0 the half
+    k = np.arange(n + 1)
+    out = np.where((k > k[:, None]) & ((k - k[:, None]) % 2 == 1), 2.0 * k, 0.0)
+    out[0] *= 0.5
     return out
 
 

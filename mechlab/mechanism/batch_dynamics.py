@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mechlab.mechanism.free_directions import free_directions
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.many_states import ManyStates, state_tree
 from mechlab.mechanism.model import Mechanism
@@ -23,6 +24,8 @@ SOFTENED = 1e-9
 """Share of its elements that is added to the diagonal of J M^-1 J^T, so that redundant rows leave it regular; the steps of
 refinement take its effect away again."""
 REFINED = 4
+WIDE = 24
+"""From so many rates on the equations are solved in the directions that the rows leave free."""
 SOLVED_TO = 1e-9
 """A state whose equations are left with more than this, relative to their size, is solved by least squares."""
 
@@ -45,7 +48,25 @@ class ManyEquations:
                 return np.asarray(np.linalg.solve(self.mass, push[..., None])[..., 0])
             except np.linalg.LinAlgError:
                 pass
-        return constrained_accelerations(self.mass, push, self.rows, self.needed)
+        if self.mass.shape[1] < WIDE:
+            return constrained_accelerations(self.mass, push, self.rows, self.needed)
+        found = self._in_free_directions(push)
+        left = np.isnan(found[:, 0])
+        if left.any():
+            found[left] = constrained_accelerations(self.mass[left], push[left], self.rows[left], self.needed[left])
+        return found
+
+    def _in_free_directions(self, push: Array) -> Array:
+        """(P, nv) a = x + N y, N^T M N y = N^T (push - M x) (see `free_directions`); NaN where that does not serve."""
+        at = free_directions(self.rows, self.needed[..., None])
+        if at is None:
+            return np.full_like(push, np.nan)
+        x, across = at.particular, np.swapaxes(at.free, 1, 2)
+        try:
+            y = np.linalg.solve(across @ (self.mass @ at.free), across @ (push[..., None] - self.mass @ x))
+        except np.linalg.LinAlgError:
+            return np.full_like(push, np.nan)
+        return np.asarray(np.where(at.served[:, None], (x + at.free @ y)[..., 0], np.nan))
 
 
 class BatchDynamics:

@@ -1,5 +1,7 @@
 """What error control is made of: trees and rows of many poses, clocks, checks, ladders, LSODA, each against its theory."""
 
+import itertools
+from dataclasses import replace
 from importlib import import_module
 
 import numpy as np
@@ -11,8 +13,11 @@ from mechlab.experiment.laws import law
 from mechlab.experiment.recording import frame_positions
 from mechlab.experiment.scene import Scene, Settings, initial_state
 from mechlab.integrate.path_time import PathTime, SwingTime, chebyshev_nodes
+from mechlab.lab.accuracy.branch import PoseBranch, _interpolated
+from mechlab.lab.accuracy.convergence import error_of_steps, seen_order
 from mechlab.lab.accuracy.energies import OneJointEnergies, TreeEnergies
 from mechlab.lab.accuracy.energy_motion import EnergyMotion
+from mechlab.lab.accuracy.even_run import EvenRun
 from mechlab.lab.accuracy.measure import ErrorMeasure
 from mechlab.lab.accuracy.refinement import RefinedMethod
 from mechlab.lab.accuracy.rules import METHOD_RULES
@@ -226,3 +231,64 @@ def test_what_fewer_nodes_would_change_is_what_they_change(name: str, changes: d
     states = fine.states(t)
     told, done = fine.moved(states, t, every=2), coarse.states(t).q - states.q
     assert np.max(np.abs(told - done)) < 0.02 * np.max(np.abs(done)) + 1e-12
+
+
+def test_poses_between_are_those_of_the_polynomial() -> None:
+    """Four poses with tangents determine a polynomial of degree 7, at uneven places, between and beyond them; two a cubic."""
+    rng = np.random.default_rng(3)
+    x = np.array([0.0, 0.3, 0.7, 0.9, 1.3])
+    phi = np.array([-0.1, 0.1, 0.3, 0.5, 1.0, 1.4])
+    for count, degree in ((5, 7), (2, 3)):
+        curves = [np.polynomial.Polynomial(rng.standard_normal(degree + 1)) for _ in range(3)]
+        q, u = (np.array([c(x[:count]) for c in cs]).T for cs in (curves, [c.deriv() for c in curves]))
+        # rounding times the sizes of the basis, some hundred beyond the ends
+        assert _interpolated(x[:count], q, u, phi) == pytest.approx(np.array([c(phi) for c in curves]).T, abs=1e-11)
+
+
+def test_sharpened_poses_have_tangents_as_exact_as_poses() -> None:
+    """du = dq/dphi against the difference of poses closed to 1e-12; before, tangents are off by the last correction (1e-3)."""
+    made = api.load("andrews").for_scene(None)
+    m = made.mechanism()
+    tree = BatchTree(m)
+    branch = PoseBranch(m, m.reference(), 0, tree, BatchRows(tree))
+    for _ in range(6):
+        branch.extend(1)
+    phi, step = np.array(branch.phi[1:]), 1e-4
+    ahead, behind = (branch.close(phi + s, np.array(branch.q[1:]) + s * np.array(branch.u[1:]))[0] for s in (step, -step))
+    slopes = (ahead - behind) / (2.0 * step)  # off by step^2 / 6 times a third derivative of about 10
+    before = np.max(np.abs(np.array(branch.u[1:]) - slopes))
+    branch.sharpen()
+    after = np.max(np.abs(np.array(branch.u[1:]) - slopes))
+    assert after < 1e-6 < 1e-5 < before
+
+
+@pytest.mark.parametrize("steps", [(1.0, 0.5, 0.25), (1.0, 0.5, 0.4), (1.0, 0.8, 0.5), (1.0, 0.625, 0.5)])
+@pytest.mark.parametrize("power", [1.0, 2.0, 3.5])
+def test_the_error_follows_from_steps_in_any_ratio(steps: tuple[float, ...], power: float) -> None:
+    """Errors 3 h^p: told to the last digit by an order of at least p, and no less than they are by a lower one or two runs."""
+    errors = [3.0 * h**power for h in steps]
+    changes = [a - b for a, b in itertools.pairwise(errors)]
+    assert seen_order(changes, steps, 4.0) == pytest.approx(power, abs=1e-5)  # xtol 1e-6 of the root
+    assert error_of_steps(changes, steps, 4.0, False, False, False) == pytest.approx(errors[-1], rel=1e-4)
+    assert error_of_steps(changes, steps, 1.0, False, False, False) >= errors[-1] * (1.0 - 1e-9)
+    assert error_of_steps(changes[:1], steps[:2], 4.0, False, False, False) >= errors[1] * (1.0 - 1e-9)
+
+
+def test_runs_with_steps_that_do_not_divide_each_other_are_compared() -> None:
+    """A pendulum's angle sin t at 51 and at 65 times: the cubic between two nodes is off by h^4 / 384."""
+    lived = api.load("pendulum").for_scene(None)
+    problem = Problem(lived, replace(lived.scene(), duration=6.0))
+    measure = ErrorMeasure(problem, None)
+
+    def run(count: int, shift: float) -> EvenRun:
+        t = np.linspace(0.0, 6.0, count)[:, None]
+        return EvenRun.of(measure, np.sin(t) + shift, np.cos(t))
+
+    one, other = run(51, 0.0), run(65, 0.0)
+    q, v = other.at(one.t)
+    h = 6.0 / 64
+    assert np.max(np.abs(q - one.q)) < h**4 / 384 and np.max(np.abs(v - one.v)) < h**3  # the spline's ends are of third order
+    # the tracked bob is at a distance of the rod's length from the pin: it moves by as much as the angle, times that length
+    assert one.apart(other, measure) < h**4 / 384 < 1e-6
+    apart = one.apart(run(65, 1e-3), measure)
+    assert apart == run(65, 1e-3).apart(one, measure) == pytest.approx(run(51, 1e-3).apart(one, measure), rel=1e-3)

@@ -24,6 +24,8 @@ SHORTEST = 5e-2
 CLOSED_TO, NEARLY_CLOSED, EXPLORED_TO = 1e-12, 1e-6, 1e-3
 """Last correction of Newton's method [rad or m]. What it leaves in the pose is its square, in the tangent its first power. For
 the continuation alone EXPLORED_TO is enough; the end of a full turn is closed to NEARLY_CLOSED."""
+NEAREST = 4
+"""Poses of the continuation from which another one is guessed."""
 SLOPE_LIMIT = 15.0
 """A limit position of the joint is near where another coordinate moves this many times as fast, per motion of the joint, as at
 the start."""
@@ -150,6 +152,12 @@ class PoseBranch:
             self.patience -= 1
         raise NoSolution(f"{self.mechanism.name}: {self.name} cannot be moved beyond {phi0:.9g}: a limit position")
 
+    def sharpen(self) -> None:
+        """Close all poses once more, together: the tangents, which are those before the last correction, become as exact as the poses."""
+        if self.rows.count and len(self.others):
+            q, u = self.close(np.array(self.phi), np.array(self.q), EXPLORED_TO)
+            self.q, self.u = list(q), list(u)
+
     def close_turn(self, sign: int) -> bool:
         """Whether the branch, extended by a full turn, is back in its first pose; then `turn` is known."""
         k = len(self.phi) - 1 if sign > 0 else 0
@@ -175,15 +183,7 @@ class PoseBranch:
         if count == 1:
             guess = self.q[0] + (inside - self.phi[0])[:, None] * self.u[0]
         else:
-            at = np.array(self.phi)
-            k = np.clip(np.searchsorted(at, inside) - 1, 0, count - 2)
-            h = (at[k + 1] - at[k])[:, None]
-            s = (inside - at[k])[:, None] / h
-            qs, us = np.array(self.q), np.array(self.u)
-            guess = (
-                (1 + 2 * s) * (1 - s) ** 2 * qs[k] + s * (1 - s) ** 2 * h * us[k]
-                + s * s * (3 - 2 * s) * qs[k + 1] - s * s * (1 - s) * h * us[k + 1]
-            )  # fmt: skip
+            guess = _interpolated(np.array(self.phi), np.array(self.q), np.array(self.u), inside)
         q, u = self.close(inside, guess, closed)
         if self.turn is not None:
             q = q + turns[:, None] * self.turn
@@ -211,6 +211,21 @@ def _hermite(known: list[tuple[float, Array, Array]], phi: float) -> Array:
     return out
 
 
+def _interpolated(x: Array, q: Array, u: Array, phi: Array) -> Array:
+    """(P, nv) at phi (P,) the polynomials through the nearest poses q (n, nv) at x (n,), rising, with their tangents u, up to NEAREST."""
+    near = min(NEAREST, len(x))
+    first = np.minimum(np.maximum(np.searchsorted(x, phi) - near // 2, 0), len(x) - near)
+    which = first[:, None] + np.arange(near)
+    places = x[which]
+    apart = places[:, :, None] - places[:, None, :] + np.eye(near)
+    ways = phi[:, None] - places
+    factors = np.where(np.eye(near, dtype=bool), 1.0, ways[:, None, :] / apart)
+    basis = factors.prod(axis=2) ** 2
+    slopes = 2.0 * ((1.0 / apart).sum(axis=2) - 1.0)
+    weights = np.concatenate([basis * (1.0 - slopes * ways), basis * ways], axis=1)
+    return np.asarray((weights[:, None] @ np.concatenate([q[which], u[which]], axis=1))[:, 0])
+
+
 def _least_squares(matrices: Array, sides: Array) -> Array:
     """(P, n, k) least-squares solutions of matrices (P, m, n) with m >= n; raises LinAlgError for a singular one."""
     across = np.swapaxes(matrices, 1, 2)
@@ -236,7 +251,7 @@ def _by_factors(matrices: Array, sides: Array) -> Array:
     return np.asarray(np.linalg.solve(upper, np.swapaxes(orthogonal, 1, 2) @ sides))
 
 
-def candidate_joints(mechanism: Mechanism, q0: Array, tree: BatchTree, rows: BatchRows) -> list[int]:
+def candidate_joints(mechanism: Mechanism, q0: Array, rows: BatchRows) -> list[int]:
     """Joints along which a branch may be followed, best first: the drives, then those that move fastest. Raises NoSolution where the
     pose has not exactly one freedom."""
     nv = mechanism.nv

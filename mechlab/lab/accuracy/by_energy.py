@@ -137,18 +137,22 @@ def solve_as_pendulum(asked: SolveTask, energies: OneJointEnergies) -> Solution:
 
 
 ENERGY = "energy quadrature"
+LOOSE = 1e-5
+"""Errors [m or rad] that are asked for above this one are met with few nodes."""
 CLOSING = 3e-4
 """Last correction of a pose over the error asked for: the tangents are off by as much, which adds up along the motion."""
 
 
-def solve_by_energy(asked: SolveTask, tree: BatchTree, rows: BatchRows, energies: EnergyFunction) -> Solution:
-    """The solution along the branch of closed poses through the start: the nodes are doubled until the motion no longer changes.
-    Raises NoSolution where the energy does not determine the motion."""
+def solve_by_energy(
+    asked: SolveTask, tree: BatchTree, rows: BatchRows, energies: EnergyFunction, joints: list[int]
+) -> Solution:  # fmt: skip
+    """The solution along the branch of closed poses through the start, followed along one of `joints`: the nodes are doubled until the
+    motion no longer changes. Raises NoSolution where the energy does not determine the motion."""
     problem, measure, max_error, t = asked.problem, asked.measure, asked.max_error, asked.t
     closed = min(max(CLOSING * max_error, CLOSED_TO), NEARLY_CLOSED)
-    motion = EnergyMotion(problem.mechanism, problem.scene, asked.q0, asked.v0, tree, rows, closed, energies)
+    motion = EnergyMotion(problem.mechanism, problem.scene, asked.q0, asked.v0, tree, rows, closed, energies, joints)
     n, last = RULES.nodes
-    n *= 1 if max_error > ROUNDING_COUNTS else 2
+    n *= 1 if max_error > LOOSE else 2 if max_error > ROUNDING_COUNTS else 4
     estimate, states, tracked = math.inf, None, None
     while n < last and asked.counter.work < asked.budget:
         n *= 2

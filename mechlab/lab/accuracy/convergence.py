@@ -1,56 +1,73 @@
 """The error of the last of several runs of one method, from how the tracked quantities change from run to run.
 
-Where the changes fall with the power p of the step, the error of the last is change / (2^p - 1) (Richardson); p is the observed power,
-but at most the theoretical order.
+Where errors fall with the power p of the step h, the runs with h0 > h1 > h2 change by c1 ~ h0^p - h1^p and c2 ~ h1^p - h2^p, and the
+error of the last is c2 / ((h1 / h2)^p - 1) (Richardson); p is the observed power, but at most the theoretical order.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
-from mechlab.lab.accuracy.measure import change
+from scipy.optimize import brentq
+
 from mechlab.lab.accuracy.rules import RULES
-from mechlab.mechanism.geometry import Array
 
 TOO_FAST = 2.0
-"""A change that falls this many times faster than in theory does so by chance: then it is the estimate itself."""
+"""A change that falls this many times faster than in theory does so by chance: then no order but the first is relied on."""
 LONG_STEPS = 1.5
 """Two runs with steps longer than the distance of the outputs may agree by chance: their change counts so many times."""
 KINK_RATIO = 16.0
 """With kinks in the motion the error is estimated as at least the change before the last over this ratio."""
+LOWEST, HIGHEST = 0.05, 20.0
+SLOW = 0.585
+"""Orders that are told apart, and the one (of halved steps whose changes fall by 1.5) below which errors do not fall."""
 
 
-def seen_order(tracked: Sequence[Array], hoped: float) -> float:
-    """The order that the last three runs show, at most the hoped one, which counts before there are three."""
-    if len(tracked) < 3:
+def seen_order(changes: Sequence[float], steps: Sequence[float], hoped: float) -> float:
+    """The order that the last three runs show, at least 1/2 and at most the hoped one, which counts before there are three."""
+    if len(changes) < 2 or changes[-1] == 0.0:
         return hoped
-    last, before = change(tracked[-1], tracked[-2]), change(tracked[-2], tracked[-3])
-    return min(hoped, math.log2(before / last)) if 0.0 < last < before else 0.5
+    return min(hoped, max(0.5, _order(changes[-2] / changes[-1], *steps[-3:])))
 
 
-def error_of_tolerances(tracked: Sequence[Array], enough: int) -> float:
+def _falls(p: float, *steps: float) -> float:
+    """Ratio of two changes of three runs whose errors fall with the power p."""
+    first, second, third = steps
+    return ((first / second) ** p - 1.0) / (1.0 - (third / second) ** p)
+
+
+def _order(ratio: float, *steps: float) -> float:
+    """The order under which two changes of three runs are in this ratio, between LOWEST and HIGHEST."""
+    low, high = (_falls(p, *steps) for p in (LOWEST, HIGHEST))
+    if not low < ratio < high:
+        return LOWEST if ratio <= low else HIGHEST
+    return float(brentq(lambda p: _falls(p, *steps) - ratio, LOWEST, HIGHEST, xtol=1e-6))
+
+
+def error_of_tolerances(changes: Sequence[float], enough: int) -> float:
     """Error of the last of runs with a tenth of the tolerance each; infinite before there are `enough`."""
     # the change is the error of the coarser run; one that started far above the target may agree by chance
-    return change(tracked[-1], tracked[-2]) if len(tracked) >= max(enough, 2) else math.inf
+    return changes[-1] if len(changes) + 1 >= max(enough, 2) else float("inf")
 
 
-def error_of_steps(tracked: Sequence[Array], order: float, extrapolated: bool, kinks: bool, long: bool) -> float:
-    """Error of the last of runs with half the step each; infinite before it can be told. order: largest power of the step with which
+def error_of_steps(
+    changes: Sequence[float], steps: Sequence[float], order: float, extrapolated: bool, kinks: bool, long: bool
+) -> float:
+    """Error of the last of runs with ever shorter steps; infinite before it can be told. order: largest power of the step with which
     the errors are taken to fall; long: the steps of the last run are longer than the distance of the outputs."""
-    if len(tracked) < 2:
-        return math.inf
-    last = change(tracked[-1], tracked[-2])
-    if len(tracked) < RULES.runs:
-        # two runs of a method that does not extrapolate: the change itself, not a share of it; more with long steps
-        return math.inf if extrapolated or kinks else LONG_STEPS * last if long else last
-    before = change(tracked[-2], tracked[-3])
+    if not changes:
+        return float("inf")
+    last = changes[-1]
+    sure = last / (steps[-2] / steps[-1] - 1.0)
+    if len(changes) + 1 < RULES.runs:
+        # two runs of a method that does not extrapolate: by the first order; more with long steps
+        return float("inf") if extrapolated or kinks else LONG_STEPS * sure if long else sure
+    before = changes[-2]
     if kinks:
         # which step a kink falls into is chance: two runs may agree by luck, and none is better than the change
-        return max(last, before / KINK_RATIO)
-    ratio, theory = before / last if last > 0.0 else math.inf, 2.0**order
-    if ratio > TOO_FAST * theory and not extrapolated:
-        return last
-    # the observed ratio, never better than theory promises; without a falling error the change itself counts
-    ratio = min(ratio, theory)
-    return last / (ratio - 1.0) if ratio > 1.5 else 2.0 * max(last, before)
+        return max(sure, before / KINK_RATIO)
+    if last == 0.0 or (before / last > TOO_FAST * _falls(order, *steps[-3:]) and not extrapolated):
+        return sure
+    # the observed order, never better than theory promises; without a falling error the change itself counts
+    p = min(_order(before / last, *steps[-3:]), order)
+    return last / ((steps[-2] / steps[-1]) ** p - 1.0) if p > SLOW else 2.0 * max(sure, before / (steps[-3] / steps[-2] - 1.0))

@@ -21,7 +21,8 @@ from mechlab.experiment.scene import Scene
 from mechlab.experiment.tree_plant import TreePlant
 from mechlab.lab.accuracy.measure import largest
 from mechlab.mechanism import Mechanism
-from mechlab.mechanism.batch_dynamics import BatchDynamics
+from mechlab.mechanism.batch_dynamics import WIDE, BatchDynamics
+from mechlab.mechanism.free_directions import free_directions
 from mechlab.mechanism.geometry import Array, quaternion_products
 from mechlab.mechanism.kinematics import unit_quaternions
 from mechlab.mechanism.many_poses import moved
@@ -34,8 +35,9 @@ BETWEEN = 0.125
 """Error of interpolation between the states, over its change when every second state is left out."""
 SOFTENED = 1e-9
 """Share of the largest element of J J^T added to its diagonal: redundant rows leave it regular."""
-CLOSINGS, SETTLED = 4, 1e-12
-"""Most steps of closing, and the gap [m, rad] after which one more step is the last: the Jacobian of that pose serves the rates too."""
+CLOSINGS, SETTLED = 4, 1e-8
+"""Most steps of closing, and the gap [m, rad] from which a step, whose error is of second order, is the last: the Jacobian of that pose
+serves the rates too."""
 OF_VALUES_AND_RATES = frozenset(
     {"constant", "harmonic", "servo", "viscous", "viscous_between", "motor", "dc_motor", "table"}
 )
@@ -126,8 +128,8 @@ def dense_states(m: Mechanism, scene: Scene, nodes: Array, q: Array, v: Array, t
     """The motion q (k, nv), v (k, nv) at the nodes (k,), k odd, at times t (n,)."""
     a = driven(m, scene, nodes, q, v)[1]
     every, second = (interpolated(m, nodes[::k], q[::k], v[::k], a[::k], t) for k in (1, 2))
-    closed, fewer = _closed(m, *every), _closed(m, *second, closings=1)
-    near = (x + BETWEEN * (less - x) + (as_is - x) for x, less, as_is in zip(closed, fewer, every, strict=True))
+    closed = _closed(m, *every)
+    near = (x + BETWEEN * (less - x) + (as_is - x) for x, less, as_is in zip(closed, second, every, strict=True))
     return DenseStates(*closed, *near)
 
 
@@ -192,12 +194,12 @@ def meets_range(m: Mechanism, q: Array) -> bool:
     return False
 
 
-def _closed(m: Mechanism, q: Array, v: Array, closings: int = CLOSINGS) -> tuple[Array, Array]:
+def _closed(m: Mechanism, q: Array, v: Array) -> tuple[Array, Array]:
     """The nearest closed poses, and the nearest rates that keep them closed."""
     if not m.is_closed:
         return q, v
     rows = state_rows(m)
-    for _ in range(closings):
+    for _ in range(CLOSINGS):
         states = ManyStates(m, q)
         residual, jacobian = rows.residual(states), rows.jacobian(states)
         back = _shortest(jacobian, np.stack([residual, (jacobian @ v[..., None])[..., 0]], axis=2))
@@ -209,6 +211,9 @@ def _closed(m: Mechanism, q: Array, v: Array, closings: int = CLOSINGS) -> tuple
 
 def _shortest(jacobian: Array, apart: Array) -> Array:
     """(n, nv, k) the shortest steps that remove residuals (n, rows, k)."""
+    at = free_directions(jacobian, apart) if jacobian.shape[2] >= WIDE else None
+    if at is not None and at.served.all():
+        return at.shortest()
     across = np.swapaxes(jacobian, 1, 2)
     small = jacobian @ across
     soft = SOFTENED * np.max(np.abs(small), axis=(1, 2))[:, None, None] * np.eye(small.shape[1])

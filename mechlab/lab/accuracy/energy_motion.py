@@ -35,6 +35,8 @@ from mechlab.mechanism import Mechanism
 from mechlab.mechanism.batch_tree import BatchRows, BatchTree
 from mechlab.mechanism.geometry import Array
 
+MANY = 2
+"""Where more poses are closed than this many times those of the continuation, these are worth being sharpened first."""
 PATIENCE = 2
 """Steps along a joint that may fail while there are other joints to try."""
 NEAR = 1e-2
@@ -85,23 +87,24 @@ class _NodeSamples:
 
 class EnergyMotion:
     """The motion of a mechanism from q0 (nv,), v0 (nv,), by its energy. closed: last correction of its poses [rad or m]; energies:
-    those of the scene, where they are known already. Raises NoSolution where no joint moves all along it."""
+    those of the scene, joints: its `candidate_joints`, where they are known already. Raises NoSolution where no joint moves all along
+    it."""
 
     def __init__(
         self, mechanism: Mechanism, scene: Scene, q0: Array, v0: Array, tree: BatchTree, rows: BatchRows,
-        closed: float = CLOSED_TO, energies: EnergyFunction | None = None,
+        closed: float = CLOSED_TO, energies: EnergyFunction | None = None, joints: list[int] | None = None,
     ) -> None:  # fmt: skip
         self.mechanism, self.tree = mechanism, tree
         self.energies = energies or energies_of(tree, scene)
-        explorer = self._explore(q0, v0, rows, scene.duration)
+        explorer = self._explore(q0, v0, rows, scene.duration, joints)
         self.energy, self.duration = explorer.energy, scene.duration
         self.samples: _NodeSamples | None = None
         self.evaluations = 0
         self.closed, self.last_step = closed, max(1e-7, math.sqrt(closed))
 
-    def _explore(self, q0: Array, v0: Array, rows: BatchRows, duration: float) -> OrbitSearch:
+    def _explore(self, q0: Array, v0: Array, rows: BatchRows, duration: float, joints: list[int] | None) -> OrbitSearch:
         """The orbit along the first joint that does not stop; the next joint takes over the poses reached so far."""
-        order = candidate_joints(self.mechanism, q0, self.tree, rows)
+        order = candidate_joints(self.mechanism, q0, rows) if joints is None else joints
         # first a joint near a limit position is soon left for another; if all of them are, each is followed to its limit
         why = ""
         for patience in (PATIENCE, 10**9) if rows.count and len(order) > 1 else (10**9,):
@@ -180,6 +183,8 @@ class EnergyMotion:
             else:
                 if np.max(np.abs(q - guess)) < NEAR:
                     return q, u
+        if old is None and len(phi) > MANY * len(self.branch.phi):
+            self.branch.sharpen()
         return self.branch.at(phi, self.closed)
 
     def states(self, t: Array, accelerations: bool = False) -> PlacedStates:

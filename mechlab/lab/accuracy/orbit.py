@@ -77,7 +77,9 @@ class _Reached:
 
 Node = tuple[float, float, float, float]
 """phi, J, V, dV/dphi."""
-AHEAD = 2
+CELL = 2.0
+"""Length of a cell of a run [rad or m], at most."""
+AHEAD = 4
 STRAIGHT = 1e-2
 """Nearer than this to the last pose [rad or m], a pose is guessed along the tangent of that one."""
 
@@ -236,7 +238,7 @@ class OrbitSearch:
             if not min(good, bad) - room <= new <= max(good, bad) + room:
                 new = 0.5 * (good + bad)
             # Newton's error is of the order of its last step squared, which is rounding below the root of its unit
-            if abs(new - phi) <= 1e-9 * max(1.0, abs(phi)):
+            if abs(new - phi) <= 1e-8 * max(1.0, abs(phi)):
                 return new
             phi = new
         return phi
@@ -260,4 +262,4 @@ def _nodes(phi: Array, inertia: Array, height: Array, slope: Array) -> list[Node
 
 
 def _cells(length: float) -> int:
-    return max(1, int(np.ceil(abs(length))))
+    return max(1, int(np.ceil(abs(length) / CELL)))

@@ -17,7 +17,8 @@ from mechlab.experiment.scene import Settings
 from mechlab.integrate import OutOfWork, count_work, work_done, work_limit
 from mechlab.lab.accuracy.convergence import error_of_steps, error_of_tolerances, seen_order
 from mechlab.lab.accuracy.dense import DenseStates, dense_states, meets_range, with_difference
-from mechlab.lab.accuracy.measure import ErrorMeasure, change, largest
+from mechlab.lab.accuracy.even_run import EvenRun
+from mechlab.lab.accuracy.measure import ErrorMeasure, largest
 from mechlab.lab.accuracy.result import NeighbourMotion
 from mechlab.lab.accuracy.rules import EPSILON, EXTRAPOLATED, LOOPS_HOPED, LOOPS_ORDER, RULES, MethodRule
 from mechlab.lab.methods import Method, Problem, has_kinks
@@ -28,6 +29,9 @@ CAPTURE_SHARE = 0.5
 TOLERANCE_SHARE = 2.0
 """Error of a channel over its change between a tolerance and a tenth of it, at most: LSODA's may fall by a third alone (flyball over
 0.5 s from 1e-8 to 1e-9)."""
+FINE, RATIOS = 1e-4, (1.25, 1.6, 2.0)
+"""Errors below FINE [m or rad] are approached by halving the step. Above, the next step is the longest of the last one over these ratios
+that is expected to meet the error."""
 PATIENCE = 2.0
 """A run is stopped when it takes so many times the work that was expected of it, while other methods may be cheaper; it may be made
 again, with twice as much."""
@@ -37,11 +41,11 @@ again, with twice as much."""
 class RefinedMethod:
     """The runs of one method so far.
 
-    values: their steps [s] or tolerances; traces: their states; tables: extrapolated states (Richardson); tracked: tracked
-    quantities of the best. estimate: error of the last run; work, first_work [s]: of the last and the first run that got to the
-    end; done [s], cpu_s: of all runs; failures: number of runs that failed; ended: why no sharper run can be made;
-    recaptured: the best run once more, with half the time in which held rates are captured. longest: the longest first step,
-    in distances of the outputs (a power of 2); a run with longer steps has fewer outputs, at its steps. dense: the last run at all
+    values: their steps [s] or tolerances; traces: their states; tables: extrapolated states (Richardson); runs: the best of them;
+    changes: of the tracked quantities from each of those to the next. estimate: error of the last run; work, first_work [s]: of the last
+    and the first run that got to the end; done [s], cpu_s: of all runs; failures: number of runs that failed; ended: why no sharper run
+    can be made; recaptured: the best run once more, with half the time in which held rates are captured. longest: the longest first
+    step, in distances of the outputs (a power of 2); a run with longer steps has fewer outputs, at its steps. dense: the last run at all
     outputs, where its steps are longer; filled: the error that this adds, once `fill` was called. stopped: work [s] after which the
     next run was stopped, as it took much more than expected. record: makes the Recording of the scene with some settings, where states
     alone do not make one; recorded: those of the last two runs, by their steps.
@@ -55,7 +59,8 @@ class RefinedMethod:
     values: list[float] = field(default_factory=list)
     traces: list[Trace] = field(default_factory=list)
     tables: list[list[tuple[Array, Array]]] = field(default_factory=list)
-    tracked: list[Array] = field(default_factory=list)
+    runs: list[EvenRun] = field(default_factory=list)
+    changes: list[float] = field(default_factory=list)
     estimate: float = math.inf
     work: float = 0.0
     first_work: float = 0.0
@@ -76,10 +81,6 @@ class RefinedMethod:
         """Times of the outputs [s]."""
         return np.linspace(0.0, self.problem.scene.duration, self.problem.outputs + 1)
 
-    def nodes(self, count: int) -> Array:
-        """Times of a run with so many states."""
-        return np.linspace(0.0, self.problem.scene.duration, count)
-
     def fill(self) -> float:
         """Make the states of the last run at all outputs, and return the error [unit] that this adds: 0 where its steps are no longer
         than their distance, infinite where it meets the end of a range between them."""
@@ -88,12 +89,11 @@ class RefinedMethod:
         return self.filled
 
     def _fill(self) -> float:
-        q, v = self.tables[-1][-1]
-        self.dense = None
-        if len(q) == self.problem.outputs + 1:
+        self.dense, best = None, self.runs[-1]
+        if len(best.t) == self.problem.outputs + 1:
             return 0.0
         p, t = self.problem, self.times
-        d = self.dense = dense_states(p.mechanism, p.scene, self.nodes(len(q)), q, v, t)
+        d = self.dense = dense_states(p.mechanism, p.scene, best.t, best.q, best.v, t)
         tracked = self.measure(t, d.q, d.v)
         if meets_range(p.mechanism, d.q):
             return math.inf
@@ -102,12 +102,8 @@ class RefinedMethod:
     @property
     def states(self) -> tuple[Array, Array]:
         """q (n, nq), v (n, nv) of the last run at all outputs, once `fill` was called."""
-        return self.best if self.dense is None else (self.dense.q, self.dense.v)
-
-    @property
-    def best(self) -> tuple[Array, Array]:
-        """q (n, nq), v (n, nv) of the last run, extrapolated where the rule says so."""
-        return self.tables[-1][-1]
+        found = self.dense or self.runs[-1]
+        return found.q, found.v
 
     @property
     def run_s(self) -> float:
@@ -147,17 +143,25 @@ class RefinedMethod:
                 return math.inf
             count = self.problem.scene.duration / value if self.rule.control == "step" else self.problem.outputs
             return count * self.expected_work
-        return self.work * (2.0 if self.rule.control == "step" else 1.6)
+        return self.work * self._growth
+
+    @property
+    def _growth(self) -> float:
+        """Work of the next run over that of the last."""
+        if self.rule.control == "tolerance":
+            return 1.6
+        return self.values[-1] / self._shorter() if self.traces else self._ratio
 
     @property
     def cost_to_target(self) -> float:
         """Expected work [s] until the error is met, if its runs go on to converge as they do; before there is an estimate, if
         the first one possible meets it. Infinite where no further run can be made."""
-        cost, growth = self.next_cost, 2.0 if self.rule.control == "step" else 1.6
-        more = max(1, self._enough - len(self.tracked))
-        last = change(self.tracked[-1], self.tracked[-2]) if len(self.tracked) > 1 else 0.0
+        cost, growth = self.next_cost, self._growth
+        more = max(1, self._enough - len(self.runs))
+        last = self.changes[-1] if self.changes else 0.0
         if math.isfinite(self.estimate) and last > 0.0 and self.rule.control == "step":
-            needed = math.log2(RULES.safety * last / self.target) / max(seen_order(self.tracked, self._hoped), 0.5)
+            order = seen_order(self.changes, self._steps, self._hoped)
+            needed = math.log(RULES.safety * last / self.target, growth) / order
             more = max(more, math.ceil(min(needed, 30.0)))
         return cost * (growth**more - 1.0) / (growth - 1.0)
 
@@ -217,12 +221,7 @@ class RefinedMethod:
         small = RULES.rounding * EPSILON * max(1.0, float(np.max(np.abs(self.traces[-1].v))))
         rates = dict(scene.initial_rates) | {n: scene.initial_rates.get(n, 0.0) + small for n in names}
         moved = Problem(self.problem.design, replace(scene, initial_rates=rates), self.problem.outputs)
-        trace, _ = self._run(moved, self.values[-2])
-        plain = self.traces[-2]
-        if len(trace.q) != len(plain.q):
-            return math.inf
-        t = self.nodes(len(plain.q))
-        return largest(self.measure(t, trace.q, trace.v) - self.measure(t, plain.q, plain.v))
+        return self._apart(self._run(moved, self.values[-2])[0], self.traces[-2])
 
     def capture_error(self) -> float:
         """Error [unit] by the time in which held rates are captured: twice the change with half that time, as the error
@@ -231,56 +230,53 @@ class RefinedMethod:
         laws = captured(p.scene.laws, CAPTURE_SHARE)
         if laws == p.scene.laws:
             return 0.0
-        trace, _ = self._run(Problem(p.design, replace(p.scene, laws=laws), p.outputs), self.values[-1])
-        plain, self.recaptured = self.traces[-1], trace
-        if len(trace.q) != len(plain.q):
+        self.recaptured, _ = self._run(Problem(p.design, replace(p.scene, laws=laws), p.outputs), self.values[-1])
+        return 2.0 * self._apart(self.recaptured, self.traces[-1])
+
+    def _apart(self, one: Trace, other: Trace) -> float:
+        """Largest difference [unit] of two runs with the same steps; infinite where one of them ended early."""
+        if len(one.q) != len(other.q):
             return math.inf
-        t = self.nodes(len(plain.q))
-        return 2.0 * largest(self.measure(t, trace.q, trace.v) - self.measure(t, plain.q, plain.v))
+        first, second = (EvenRun.of(self.measure, x.q, x.v) for x in (one, other))
+        return first.apart(second, self.measure)
 
     def neighbours(self, rounding: float) -> Iterator[NeighbourMotion]:
         """Motions whose differences from the best run give the errors of all channels: the run before the last, with
         the factor safety x error / change of the tracked quantities; and the run with half the capture time. rounding:
         from `rounding_error`."""
-        if len(self.tables) < 2:
+        if len(self.runs) < 2:
             return
-        last, error = change(self.tracked[-1], self.tracked[-2]), self.estimate + rounding
+        last, error = self.changes[-1], self.estimate + rounding
         share, settings = error / last if last > 0.0 else 1.0, self.method.settings(self.values[-2])
         if self.rule.control == "tolerance":
             share = max(share, TOLERANCE_SHARE)
-        q, v = self.tables[-2][-1]
+        coarse, best = self.runs[-2:]
+        moved = coarse.q, coarse.v
+        if len(coarse.t) != self.problem.outputs + 1:
+            # the last run, moved by their difference at the nodes of the coarser one
+            q, v = best.at(coarse.t)
+            dense = self.dense or DenseStates(best.q, best.v, best.q, best.v)
+            moved = with_difference(dense, coarse.t, coarse.q - q, coarse.v - v, self.times)
+        yield NeighbourMotion(RULES.safety * share, settings, *moved)
         if self.dense is not None:
-            fine_q, fine_v = (x[:: (len(x) - 1) // (len(q) - 1)] for x in self.best)
-            moved = with_difference(self.dense, self.nodes(len(q)), q - fine_q, v - fine_v, self.times)
-            yield NeighbourMotion(RULES.safety * share, settings, *moved)
             yield NeighbourMotion(1.0, settings, self.dense.near_q, self.dense.near_v)
             return
-        yield NeighbourMotion(RULES.safety * share, settings, *self._at_outputs(q, v))
         if self.recaptured is None:
             return
         # compared with the plain run, since the extrapolated one is another
-        other, plain, (q, v) = self.recaptured, self.traces[-1], self.best
+        other, plain, q, v = self.recaptured, self.traces[-1], best.q, best.v
         if len(other.q) != len(plain.q):
             yield NeighbourMotion(math.inf, self.settings, q, v, captured=CAPTURE_SHARE)
             return
         q, v = q + other.q - plain.q, v + other.v - plain.v
         yield NeighbourMotion(2.0 * RULES.safety, self.settings, q, v, captured=CAPTURE_SHARE)
 
-    def _at_outputs(self, q: Array, v: Array) -> tuple[Array, Array]:
-        """The states of a coarser run at all outputs: those of the last run, moved by their difference at its nodes."""
-        best_q, best_v = self.best
-        if len(q) == len(best_q):
-            return q, v
-        stride = (len(best_q) - 1) // (len(q) - 1)
-        plain = DenseStates(best_q, best_v, best_q, best_v)
-        return with_difference(plain, self.nodes(len(q)), q - best_q[::stride], v - best_v[::stride], self.times)
-
     def _outputs(self, value: float) -> int:
         """Number of output intervals of a run at a step [s] or tolerance."""
         count = self.problem.outputs
         if self.rule.control == "tolerance":
             return count
-        return count // max(1, round(value * count / self.problem.scene.duration))
+        return min(count, round(self.problem.scene.duration / value))
 
     def _run(self, problem: Problem, value: float) -> tuple[Trace, float]:
         """A run and its work [s], which is added to `done`, its CPU time to `cpu_s`."""
@@ -322,7 +318,7 @@ class RefinedMethod:
     def _note_failure(self, why: str) -> None:
         """Record a failed run: the runs before it no longer count, and too many failures end the refinement."""
         self.failures += 1
-        self.traces, self.tables, self.tracked, self.estimate = [], [], [], math.inf
+        self.traces, self.tables, self.runs, self.changes, self.estimate = [], [], [], [], math.inf
         if self.failures > RULES.failures or self.rule.control == "tolerance":
             self.ended = why
 
@@ -331,11 +327,32 @@ class RefinedMethod:
             return self._next_tolerance()
         between = self.problem.scene.duration / self.problem.outputs
         if self.values:
-            return 0.5 * self.values[-1]
+            return self._shorter()
         first = between * (1 if self.rule.extrapolated else self.longest)
         if self.rule.stable and self.fastest > 0.0:
             first = min(first, self.rule.stable / self.fastest)
         return between / 2 ** math.ceil(math.log2(between / first) - 1e-9)
+
+    @property
+    def _ratio(self) -> float:
+        """The last step over the next one, about."""
+        m = self.problem.mechanism
+        if self.target < FINE or self.rule.extrapolated or has_kinks(self.problem.scene) or m.nq != m.nv:
+            return 2.0
+        if len(self.runs) < 2:
+            # a step that had to be short for other reasons than the error is near enough
+            return RATIOS[0] if self.rule.least and self.runs else 2.0
+        before = self._steps[-2] / self._steps[-1]
+        order = self.rule.order if len(self.runs) == 2 else seen_order(self.changes, self._steps, self.rule.order)
+        left = self.changes[-1] / (before**order - 1.0)
+        enough = (r for r in RATIOS if RULES.safety * left * (1.0 - r**-order) / (r - 1.0) <= self.target)
+        return next(enough, 2.0)
+
+    def _shorter(self) -> float:
+        """The next step [s] after the last one: it divides the duration into an even number of parts, or the distance of the outputs."""
+        duration, outputs = self.problem.scene.duration, self.problem.outputs
+        count = self._ratio * duration / self.values[-1] - 1e-6
+        return duration / (2 * math.ceil(0.5 * count) if count <= outputs else outputs * math.ceil(count / outputs))
 
     def _next_tolerance(self) -> float | None:
         factor, power = self.rule.error_left
@@ -357,13 +374,19 @@ class RefinedMethod:
         self.tables.append(row)
 
     def _estimate_error(self) -> None:
-        q, v = self.tables[-1][-1]
-        self.tracked.append(self.measure(self.nodes(len(q)), q, v))
+        run = EvenRun.of(self.measure, *self.tables[-1][-1])
+        self.changes += [run.apart(x, self.measure) for x in self.runs[-1:]]
+        self.runs.append(run)
         if self.rule.control == "tolerance":
-            self.estimate = error_of_tolerances(self.tracked, self._enough)
+            self.estimate = error_of_tolerances(self.changes, self._enough)
         else:
-            kinks, long = has_kinks(self.problem.scene), len(q) <= self.problem.outputs
-            self.estimate = error_of_steps(self.tracked, self._order, self.rule.extrapolated, kinks, long)
+            kinks, long = has_kinks(self.problem.scene), len(run.t) <= self.problem.outputs
+            self.estimate = error_of_steps(self.changes, self._steps, self._order, self.rule.extrapolated, kinks, long)
+
+    @property
+    def _steps(self) -> list[float]:
+        """The steps [s] of the runs."""
+        return self.values[-len(self.runs) :]
 
     @property
     def _hoped(self) -> float:

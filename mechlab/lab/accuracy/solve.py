@@ -19,10 +19,11 @@ from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.acting import is_rough, why_no_smooth_tree
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings, initial_state
+from mechlab.lab.accuracy.branch import candidate_joints
 from mechlab.lab.accuracy.by_energy import SolveTask, solve_as_pendulum, solve_by_energy
 from mechlab.lab.accuracy.check import CheckRunner
 from mechlab.lab.accuracy.energies import OneJointEnergies, energies_of, why_energy_is_not_enough
-from mechlab.lab.accuracy.measure import CostCounter, ErrorMeasure, change, largest
+from mechlab.lab.accuracy.measure import CostCounter, ErrorMeasure, largest
 from mechlab.lab.accuracy.refinement import RefinedMethod
 from mechlab.lab.accuracy.result import (
     LIMITED_BY_CAPTURE,
@@ -69,9 +70,8 @@ def solve_to(
     measure = ErrorMeasure(problem, tree)
     work = default_budget(scene.duration) if budget is None else budget
     why = why_energy_is_not_enough(m, scene)
-    freedoms = structure(m).freedoms if m.is_closed else m.nv
-    if freedoms != 1:
-        why = f"{freedoms} degrees of freedom"
+    if not m.is_closed and m.nv != 1:
+        why = f"{m.nv} degrees of freedom"
     if not why and tree is not None:
         counter = CostCounter()
         try:
@@ -82,10 +82,13 @@ def solve_to(
             if solved.reached or solved.estimate < RULES.floor:
                 return solved
             other = solve_by_refinement(
-                problem, measure, max_error, freedoms, f"{solved.method} stays at {solved.estimate:.2g}", counter, work, sparse, record
+                problem, measure, max_error, 1, f"{solved.method} stays at {solved.estimate:.2g}", counter, work, sparse, record
             )  # fmt: skip
             best = other if other.reached or other.estimate < solved.estimate else solved
             return replace(best, cpu_s=other.cpu_s)
+    freedoms = structure(m).freedoms if m.is_closed else m.nv
+    if freedoms != 1:
+        why = f"{freedoms} degrees of freedom"
     return solve_by_refinement(problem, measure, max_error, freedoms, why, CostCounter(), work, sparse, record)
 
 
@@ -95,7 +98,9 @@ def _solve_without_steps(
     """One freedom under forces of position alone: in closed form, else by its energy. Raises NoSolution where neither applies."""
     with counter.building():
         q0, v0 = initial_state(problem.mechanism, problem.scene)
-        energies, rows = energies_of(tree, problem.scene), BatchRows(tree)
+        rows = BatchRows(tree)
+        joints = candidate_joints(problem.mechanism, q0, rows)  # first, since it refuses more than one freedom
+        energies = energies_of(tree, problem.scene)
         t = np.linspace(0.0, problem.scene.duration, problem.outputs + 1)
         checker = CheckRunner(problem, "one_freedom", 0.0, max_error < ROUNDING_COUNTS)
         asked = SolveTask(problem, measure, max_error, t, q0, v0, checker, counter, budget)
@@ -104,7 +109,7 @@ def _solve_without_steps(
             return solve_as_pendulum(asked, energies)
         except NoSolution:
             pass  # other forces, or a motion without a period
-    return solve_by_energy(asked, tree, rows, energies)
+    return solve_by_energy(asked, tree, rows, energies, joints)
 
 
 def solve_by_refinement(
@@ -256,12 +261,11 @@ def _usable(one: RefinedMethod, freedoms: int) -> bool:
 
 def _check_by_other(best: RefinedMethod, others: list[RefinedMethod], t: Array, problem: Problem) -> MethodCheck | None:
     """The check by a method of another engine with at least two runs: that of the smallest last change; None without one."""
-    others_run = [x for x in others if len(x.tracked) >= 2 and x.rule.engine != best.rule.engine]
+    others_run = [x for x in others if x.changes and x.rule.engine != best.rule.engine]
     if not others_run:
         return None
-    other = min(others_run, key=lambda x: change(x.tracked[-1], x.tracked[-2]))
-    own = change(other.tracked[-1], other.tracked[-2])
-    difference = change(other.tracked[-1], best.tracked[-1])
+    other = min(others_run, key=lambda x: x.changes[-1])
+    own, difference = other.changes[-1], other.runs[-1].apart(best.runs[-1], best.measure)
     unit = best.measure.unit
     sentence = (
         f"check by {other.rule.name} up to t = {t[-1]:.4g} s: it differs by {difference:.2g} {unit}, and changes by {own:.2g} {unit} "

@@ -107,9 +107,10 @@ def _forget() -> None:
     numerical methods in `mechlab.integrate`, which know no models.
     """
     for name, module in list(sys.modules.items()):
-        if name.partition(".")[0] == "mechlab" and not name.startswith("mechlab.integrate."):
+        if name.partition(".")[0] == "mechlab":
             for one in list(vars(module).values()):
-                if hasattr(one, "cache_clear") and inspect.signature(one).parameters:
+                kept = hasattr(one, "cache_clear") and inspect.signature(one).parameters
+                if kept and not one.__module__.startswith("mechlab.integrate."):  # wherever it was imported to
                     one.cache_clear()
 
 
