@@ -112,8 +112,10 @@ def energy_finding(
     stopped (n - 1,): the intervals between samples in which a joint was at an end of its range. A stop can only take
     energy: energy lost in these intervals is accounted for; energy gained there, and any change elsewhere, is not.
     """
-    states = ManyStates(mechanism, q, v)
-    kinetic, potential = states.kinetic_energy(), states.potential_energy()
+    # the last state is the first pose at the rates of standstill
+    still = np.full((1, mechanism.nv), CREEP)
+    states = ManyStates(mechanism, np.concatenate([q, q[:1]]), np.concatenate([v, still]))
+    (kinetic, creep), potential = np.split(states.kinetic_energy(), [len(q)]), states.potential_energy()[:-1]
     stored, storing = held_energy(mechanism, laws, q, v)
     potential, power = potential + stored, power + storing
     if done is not None:
@@ -131,8 +133,7 @@ def energy_finding(
 
         missing = np.maximum(0.0, missing - 0.1 * np.abs(cumulative_trapezoid(power, t, initial=0.0) - spent))
     missing = np.maximum(0.0, missing - in_rows)
-    creep = kinetic_energy(mechanism, q[:1], np.full((1, mechanism.nv), CREEP))[0]
-    noise = max(1e-12 * float(np.max(np.abs(potential), initial=0.0)), float(creep))
+    noise = max(1e-12 * float(np.max(np.abs(potential), initial=0.0)), float(creep[0]))
     value = float(np.max(missing)) / turnover if not np.max(missing) <= noise else 0.0
     if turnover == NOTHING and value == 0.0:
         return nothing_moved(limit)

@@ -210,8 +210,7 @@ def initial_rates(mechanism: Mechanism, q: Array, rates: Mapping[str, float], wh
     rows = np.array([mechanism.row(n) for n in names]).reshape(len(names), mechanism.nv)
     if not any(rates.values()):
         return np.zeros(mechanism.nv)
-    constraints = ConstraintSet(mechanism)
-    jacobian = constraints.jacobian(TreeKinematics(mechanism, q))
+    constraints, jacobian = ConstraintSet(mechanism), _jacobian(mechanism, tuple(q.tolist()))
     matrix = np.vstack([jacobian, rows])
     wanted = np.concatenate([np.zeros(len(jacobian)), [float(rates[n]) for n in names]])
     v = np.linalg.lstsq(matrix, wanted, rcond=1e-11)[0]
@@ -224,6 +223,12 @@ def initial_rates(mechanism: Mechanism, q: Array, rates: Mapping[str, float], wh
             f"({culprit} is missed by {gap[k]:.3g}). Give as many rates as there are degrees of freedom."
         )
     return np.asarray(v)
+
+
+@lru_cache(maxsize=32)
+def _jacobian(mechanism: Mechanism, q: tuple[float, ...]) -> Array:
+    """(rows, nv) constraint Jacobian of a start, which every run of a scene asks for."""
+    return ConstraintSet(mechanism).jacobian(TreeKinematics(mechanism, np.array(q)))
 
 
 def _finite(values: Mapping[str, float], what: str, kind: str) -> None:

@@ -134,6 +134,8 @@ def _constant(y: Array) -> Callable[[ArrayLike], Array]:
     return lambda t: np.multiply.outer(y, np.ones(np.shape(t)))
 
 
+COUNTED_CALLS = 32
+"""Calls by LSODA whose work is counted together: a call takes some microseconds."""
 MOST_STEPS = 500_000
 """Most steps of LSODA between two requested times."""
 
@@ -154,15 +156,22 @@ def integrate_lsoda(
     times: Array,
     tolerance: float,
     jacobian: Callable[[float, Array], Array] | None = None,
+    price: float = 0.0,
 ) -> LsodaStates:
     """dy/dt = f(t, y) from y0 (m,) at times[0] to all of `times` (n,). `tolerance` is relative; the
-    absolute one is a tenth of it. jacobian: df/dy (m, m); without it, it costs m calls of f."""
+    absolute one is a tenth of it. jacobian: df/dy (m, m); without it, it costs m calls of f. price: counted work [s] of a call of f, where
+    f does not count it."""
     import warnings
 
     from scipy.integrate import ODEintWarning, odeint
 
+    calls, each = 0, LSODA_CALL + price
+
     def counted(t: float, y: Array) -> Array:
-        count_work(LSODA_CALL)
+        nonlocal calls
+        calls += 1
+        if not calls % COUNTED_CALLS:
+            count_work(COUNTED_CALLS * each)
         return f(t, y)
 
     with warnings.catch_warnings():
@@ -178,6 +187,7 @@ def integrate_lsoda(
             mxstep=MOST_STEPS,
             Dfun=jacobian,
         )
+    count_work(calls % COUNTED_CALLS * each)
     fine = np.all(np.isfinite(y), axis=1)
     count = len(times)
     reason = ""

@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
@@ -64,8 +65,8 @@ SEEN = SAFETY_SEEN / SAFETY
 """Share of a stated error that is left where two runs of a method of first order show that order."""
 JUMP = 4.0
 """A step between samples that is more than this times both its neighbours is a jump."""
-LOOKED_AT = 250
-"""So many samples are examined for singular positions."""
+LOOKED_AT, FIRST = 250, 16
+"""So many samples are examined for singular positions, and, with the first ones, compared with another run where the motion is smooth."""
 LOOSER = 10.0
 """Factor on the tolerance. The error is nearly proportional to it: the change is close to ten times the error."""
 
@@ -205,10 +206,22 @@ class _Estimate:
         """The changes against `factor` times the timestep; None when that run fails."""
         r, h = self.recording, self.settings.timestep
         every = h * next(n for n in (1, 2, 3, 4) if abs(n / factor - round(n / factor)) < 1e-9)
-        whole = np.abs(r.t / every - np.round(r.t / every)) * every < 1e-6 * h
-        times = np.append(r.t[:-1][whole[:-1]], r.t[-1])
+        whole = np.flatnonzero(np.abs(r.t / every - np.round(r.t / every)) * every < 1e-6 * h)
+        times = np.union1d(r.t[whole if self.kinks else self.telling(whole)], r.t[-1])
         scene = replace(self.scene, laws=captured(self.scene.laws, factor))
         return self.run(replace(self.settings, timestep=factor * h), scene, times)
+
+    def telling(self, samples: NDArray[np.intp]) -> NDArray[np.intp]:
+        """About LOOKED_AT of the samples (n,): half of them even in time, half even in the ways of all channels, so that a short event has
+        its share; and the first ones, where motions start that die away at once."""
+        if len(samples) <= LOOKED_AT:
+            return samples
+        ways = np.abs(np.diff([x[samples] for x in self.recording.channels.values()]))
+        sums = ways.sum(axis=1)
+        known = np.isfinite(sums) & (sums > 0.0)
+        gone = np.concatenate([[0.0], np.cumsum((ways[known] / sums[known, None]).sum(axis=0))])
+        gone = gone / max(gone[-1], 1.0) + np.linspace(0.0, 1.0, len(samples))
+        return samples[np.union1d(np.arange(FIRST), np.searchsorted(gone, np.linspace(0.0, gone[-1], LOOKED_AT)))]
 
     def run(self, settings: Settings, scene: Scene, times: Array) -> _Changes | None:
         """The changes against another run at these times."""
@@ -224,8 +237,10 @@ class _Estimate:
         return _Changes(differences(r, other, 1.0), np.array(changes))
 
     def at_best(self, twice: _Changes) -> float:
-        """The least error [rad or m] that a change against 2 h allows: by the order of the method, the first with kinks."""
-        return SAFETY * twice.largest / (2.0 ** (1 if self.kinks else self.order) - 1.0)
+        """The error [rad or m] that `bounded` states if the change against 2 h shows the order of the method; with kinks the first."""
+        p = 1 if self.kinks else self.order
+        change = twice.largest * (NEAR**p - 1.0) / (2.0**p - 1.0)
+        return error_from_near(change, NEAR, None if self.kinks else twice.largest, p)
 
     def first_order(self, twice: _Changes, fourfold: _Changes | None) -> bool:
         """Whether two coarser runs of a method of first order show it: changes of h and 3 h."""

@@ -48,6 +48,7 @@ class BatchTree:
         basis = np.zeros((n, 3, 4, 4))
         self._axis = np.zeros((n, 1, 4, 1))
         self.revolute = np.array([j.kind == "revolute" for j in m.joints], dtype=bool)
+        self.turns_only = bool(self.revolute.all())
         self.below = np.zeros((n + 1, n), dtype=bool)
         k = 0
         for body in m.bodies:
@@ -70,9 +71,9 @@ class BatchTree:
             place[body.name] = (link, rotation, shift)
         self.place = place
         self._basis = basis.reshape(n, 3, 16)
-        self._levels = [(a, parents[a]) for a in (np.flatnonzero(depth[:n] == d) for d in range(1, max(depth) + 1))]
-        self._first = np.flatnonzero(depth[:n] == 0)
-        self._slides = np.flatnonzero(~self.revolute)
+        levels = [np.flatnonzero(depth[:n] == d) for d in range(max(depth) + 1)]
+        self._levels = [(evenly(a), evenly(parents[a])) for a in levels[1:]]
+        self._first, self._slides = evenly(levels[0]), evenly(np.flatnonzero(~self.revolute))
         self.on = self.below.astype(float)
         massive = [b for b in m.bodies if b.inertia.mass > 0.0 and place[b.name][0] != n]
         self.masses = np.array([b.inertia.mass for b in massive])
@@ -102,18 +103,15 @@ class BatchTree:
         weights[:, :, 0] = 1.0
         np.sin(q, out=weights[:, :, 1])
         np.subtract(1.0, np.cos(q), out=weights[:, :, 2])
-        if len(self._slides):
+        if not self.turns_only:
             weights[self._slides, :, 1] = q[self._slides]
         steps = (weights @ self._basis).reshape(n, count, 4, 4)
         frames = np.empty((n + 1, count, 4, 4))
         frames[n] = _GROUND
-        if len(self._first) == n:
-            frames[:n] = steps
-        else:
-            frames[self._first] = steps[self._first]
+        frames[self._first] = steps[self._first]
         for links, parents in self._levels:
-            if len(links) == 1:
-                np.matmul(frames[parents[0]], steps[links[0]], out=frames[links[0]])
+            if isinstance(links, slice):
+                np.matmul(frames[parents], steps[links], out=frames[links])
             else:
                 frames[links] = frames[parents] @ steps[links]
         return Poses(frames)
@@ -156,7 +154,7 @@ class BatchTree:
         joints = poses.frames[:-1]
         angular = (joints @ self._axis)[:, :, :3, 0]
         linear = crossed(joints[..., :3, 3], angular)
-        if len(self._slides):
+        if not self.turns_only:
             linear[self._slides] = angular[self._slides]
             angular = angular.copy()
             angular[self._slides] = 0.0
@@ -168,6 +166,16 @@ class BatchTree:
         n, count = u.shape[1], u.shape[0]
         first, second = (np.asarray(on @ (s * rates).reshape(n, 3 * count)).reshape(-1, count, 3) for s in screws)
         return first, second
+
+
+def evenly(indices: NDArray[np.intp]) -> slice | NDArray[np.intp]:
+    """The indices (k,) as a slice where they rise evenly, or are one and the same: what it takes is not copied."""
+    if not len(indices):
+        return slice(0, 0)
+    first, last = int(indices[0]), int(indices[-1])
+    step = int(indices[1]) - first if len(indices) > 1 else 1
+    even = step > 0 and np.array_equal(indices, np.arange(first, last + 1, step))
+    return slice(first, last + 1, max(step, 1)) if even or np.all(indices == first) else indices
 
 
 _CROSS = np.zeros((3, 3, 3))
@@ -206,7 +214,8 @@ class BatchRows:
         self.b = tree.points([(x.body_b, x.placement_b.translation) for x in loops])
         self.turn_a = np.array([tree.place[x.body_a][1] @ x.placement_a.rotation for x in loops]).reshape(-1, 1, 3, 3)
         self.turn_b = np.array([tree.place[x.body_b][1] @ x.placement_b.rotation for x in loops]).reshape(-1, 1, 3, 3)
-        self._ends = [(links, _frames(turn, at)) for (links, at), turn in ((self.a, self.turn_a), (self.b, self.turn_b))]
+        both = np.concatenate([self.turn_a, self.turn_b]), np.concatenate([self.a[1], self.b[1]])
+        self._ends = np.concatenate([self.a[0], self.b[0]]), _frames(*both)
         offsets = [(i, AXES.index(u)) for i, x in enumerate(loops) for u in _LOOP_TABLE[x.kind][0]]
         angles = [(i, AXES.index(u), AXES.index(w)) for i, x in enumerate(loops) for u, w in _LOOP_TABLE[x.kind][1]]
         self.offsets = np.array(offsets, dtype=int).reshape(-1, 2).T
@@ -235,9 +244,9 @@ class BatchRows:
 
     def ends(self, poses: Poses) -> tuple[Array, Array, Array, Array]:
         """Place (k, P, 3) and axes, as columns (k, P, 3, 3), of the frames of both ends of the loops: pa, ra, pb, rb."""
-        (a, end_a), (b, end_b) = self._ends
-        at_a, at_b = poses.frames[a] @ end_a, poses.frames[b] @ end_b
-        return at_a[..., :3, 3], at_a[..., :3, :3], at_b[..., :3, 3], at_b[..., :3, :3]
+        links, ends = self._ends
+        at, k = poses.frames[links] @ ends, len(links) // 2
+        return at[:k, :, :3, 3], at[:k, :, :3, :3], at[k:, :, :3, 3], at[k:, :, :3, :3]
 
     def system(self, q: Array) -> Array:
         """(P, rows, nv + 1) Jacobian and, in the last column, residual at q (P, nv)."""
@@ -265,7 +274,7 @@ class BatchRows:
                 u, w = back[i, :, j], rb[i, :, :, k]
                 turned = np.empty((len(i), count, n + 1))
                 turned[..., :n] = (crossed(w, u)[:, :, None, :] @ angular * self.between[i])[:, :, 0]
-                turned[..., n] = np.sum(u * w, axis=-1)
+                turned[..., n] = np.einsum("ipk,ipk->ip", u, w)
                 parts.append(turned.transpose(1, 0, 2))
         if len(self.lengths):
             pa, pb = tree.positions(poses, self.rod_a), tree.positions(poses, self.rod_b)
@@ -298,7 +307,7 @@ class BatchRows:
             parts.append(apart[i, :, k])
             if self.angles.shape[1]:
                 i, j, k = self.angles
-                parts.append(np.sum(ra[i, :, :, j] * rb[i, :, :, k], axis=-1))
+                parts.append(np.einsum("ipk,ipk->ip", ra[i, :, :, j], rb[i, :, :, k]))
         if len(self.lengths):
             d = tree.positions(poses, self.rod_b) - tree.positions(poses, self.rod_a)
             lengths = self.lengths[:, None]

@@ -102,14 +102,14 @@ class ManyRows:
             placed = self.at(q[None])
             return self.missing(placed, [np.asarray(x, dtype=float)[None] for x in targets])[0], placed.rows[0]
         system = self._batch.system(q[None])[0]
-        off = self._scalars @ q[self.mechanism.q_columns] + (self._zeros - targets)
+        off = self._scalars @ q + (self._zeros - targets)
         return np.concatenate([system[:, -1], off]), np.concatenate([system[:, :-1], self._scalars])
 
     def residual_of_one(self, q: Array, targets: Sequence[Any]) -> Array:
         """(m,) the residual of `one` alone."""
         if self._batch is None or not self._batch.count:
             return self.one(q, targets)[0]
-        off = self._scalars @ q[self.mechanism.q_columns] + (self._zeros - targets)
+        off = self._scalars @ q + (self._zeros - targets)
         return np.concatenate([self._batch.residual(q[None])[0], off])
 
     def _frame(self, frame: Frame, part: str) -> tuple[Array, Array]:
@@ -172,7 +172,7 @@ class NewtonSteps:
         self._closure, self._local = len(rows) if closure is None else closure, held
         self._rows = np.flatnonzero(norms > VOID) if self.tall else self.keep
         self._sizes = norms[self._rows]
-        self.count = len(rows)
+        self.count, self._unit = len(rows), np.eye(rows.shape[1])
         self._all = len(self._rows) == self.count
         self._held = held if len(self.keep) + len(held) == rows.shape[1] else None
 
@@ -199,6 +199,14 @@ class NewtonSteps:
         if self._held is None or self.repeats:
             return np.zeros(rows.shape[:-2])
         return _signs(rows if self._all and self.square else rows[..., self.keep, :], self._held)
+
+    def stays(self, inverse: Array, rows: Array) -> bool:
+        """Whether the determinant surely has the sign that it has where `inverse` (n, k) is that of the rows: |inverse rows - 1| < 1, so
+        that no matrix between the two is singular. One pose, rows (m, n); False where no rows are square by themselves."""
+        if not self.square or self.tall:
+            return False
+        change = inverse @ (rows if self._all else rows[self._rows]) - self._unit
+        return float(np.vdot(change, change)) < 1.0
 
     def same_mode(self, before: Array, after: Array) -> NDArray[np.bool_]:
         """(...) whether near poses, rows (..., m, n), are in one mode, where rows repeat others: the sign is followed from pose to

@@ -189,14 +189,24 @@ def _generic_rows(mechanism: Mechanism) -> tuple[tuple[int, ...], Array]:
 
 def independent_rows(mechanism: Mechanism, constraints: ConstraintSet) -> list[int]:
     """Indices of rows that are independent at a generic pose; earlier rows are preferred."""
-    if len(constraints) == 0:
-        return []
+    if _all_independent(mechanism):
+        return list(range(len(constraints)))
     return list(_generic_rows(mechanism)[0])
+
+
+@lru_cache(maxsize=64)
+def _all_independent(mechanism: Mechanism) -> bool:
+    """Whether all rows are independent beyond doubt in the reference pose, and so at a generic one, which then need not be looked for."""
+    rows = ConstraintSet(mechanism).jacobian(TreeKinematics(mechanism))
+    sizes = np.linalg.norm(rows, axis=1)
+    if not len(rows) or min(rows.shape) >= LARGE or len(rows) > mechanism.nv or sizes.min() < NOTHING:
+        return not len(rows)
+    return bool(np.linalg.svd(rows / sizes[:, None], compute_uv=False)[-1] > CERTAIN)
 
 
 def rows_repeat(mechanism: Mechanism) -> bool:
     """Whether a row of the loops repeats others, so that which rows are independent may change from pose to pose."""
-    if not mechanism.loops:
+    if not mechanism.loops or _all_independent(mechanism):
         return False
     kept, best = _generic_rows(mechanism)[0], _generic(mechanism)
     return bool(np.any(np.linalg.norm(np.delete(best.jacobian, kept, axis=0), axis=1) >= NOTHING))
@@ -227,10 +237,9 @@ def _new_part(basis: Array, row: Array) -> tuple[Array, float]:
 
 def redundancies(mechanism: Mechanism) -> tuple[Redundancy, ...]:
     """Redundant rows, each as the combination of earlier rows that it repeats, at a generic pose."""
-    constraints = ConstraintSet(mechanism)
-    if len(constraints) == 0:
+    if _all_independent(mechanism):
         return ()
-    return repetitions(_generic(mechanism).jacobian, _generic_rows(mechanism)[0], constraints.rows)
+    return repetitions(_generic(mechanism).jacobian, _generic_rows(mechanism)[0], ConstraintSet(mechanism).rows)
 
 
 def shared_loads(mechanism: Mechanism) -> tuple[str, ...]:

@@ -34,6 +34,8 @@ EVEN = 0.1
 CHORD = 1e-5
 """Largest correction after which the inverse of the pose before it still serves: it is off by as much, and so is the last step, which
 is below 1e-12."""
+FAR, PARTS = 100.0, 2.0
+"""Longest way that is led in parts, as a multiple of the longest step, and the parts to each such step."""
 
 
 def length(values: Array) -> float:
@@ -119,7 +121,7 @@ class WarmStart:
         self._flat = equations.mechanism.nq == equations.mechanism.nv
         self._kept: tuple[Array, tuple[Any, ...], Array] | None = None
         self._rows: Array | None = None
-        self._past: list[tuple[Array, Array]] = []
+        self._past, self._known = np.empty((len(CUBIC), 0)), 0
         self._mode = 0.0
 
     def put(self, q: Array, values: Sequence[Any]) -> None:
@@ -127,20 +129,40 @@ class WarmStart:
         x = self.equations.start(np.asarray(q, dtype=float))
         rows = self.equations.evaluate(x, values)[1]
         self._kept = (x, tuple(values), self._steps.inverse(rows))
-        self._past = []
+        # the last poses and their given values, where all are numbers
+        plain = self._flat and not any(np.ndim(t) for t in values)
+        self._past, self._known = np.empty((len(CUBIC), len(x) + len(values) if plain else 0)), 0
         self._rows = rows
         self._mode = float(self._steps.modes(rows))
 
     def lead(self, targets: Sequence[Any]) -> Assembly | None:
-        """The pose that has the targets, which is then kept; None where anything is unusual."""
+        """The pose that has the targets, which is then kept; None where anything is unusual. A long way is led in parts, along straight
+        lines of the given values."""
         if self._kept is None:
             return None
         x, values, inverse = self._kept
-        equations, steps = self.equations, self._steps
         dv, ahead = self._predicted(x, values, inverse, targets)
-        before = length(dv)
-        if not before <= self._longest:
+        way = length(dv) / self._longest
+        if way <= 1.0:
+            return self._closed(targets, dv, ahead)
+        if not (way <= FAR and self._past.size):
             return None
+        begin, rows, count = np.array(values), self._rows, math.ceil(PARTS * way)
+        between = begin + np.linspace(0.0, 1.0, count + 1)[1:-1, None] * (np.array(targets) - begin)
+        for part in (*between.tolist(), targets):
+            assert self._kept is not None
+            dv, ahead = self._predicted(*self._kept, part)
+            found = self._closed(part, dv, ahead) if length(dv) <= self._longest else None
+            if found is None:
+                self._kept, self._rows, self._known = (x, values, inverse), rows, 0
+                return None
+        return found
+
+    def _closed(self, targets: Sequence[Any], dv: Array, ahead: Array | None) -> Assembly | None:
+        """Newton's method for the targets, from the kept pose moved by dv, or from `ahead`."""
+        assert self._kept is not None
+        x, _, inverse = self._kept
+        equations, steps, before = self.equations, self._steps, length(dv)
         x, size, rows = equations.step(x, dv) if ahead is None else ahead, np.inf, None
         for k in range(1, POLISH):
             near = rows is not None and before <= CHORD
@@ -165,15 +187,18 @@ class WarmStart:
     def _taken(self, x: Array, targets: tuple[Any, ...], rows: Array, inverse: Array, size: float, k: int) -> Assembly | None:
         if not length(inverse) < REGULAR:
             return None
-        if self._mode and self._mode * float(self._steps.modes(rows)) <= 0.0:
+        assert self._kept is not None
+        if self._mode and not self._steps.stays(self._kept[2], rows) and self._mode * float(self._steps.modes(rows)) <= 0.0:
             return None
         if self._steps.repeats:
             if self._rows is not None and not self._steps.same_mode(self._rows, rows):
                 return None
             self._rows = rows
         self._kept = (x, targets, inverse)
-        if self._flat and not any(np.ndim(t) for t in targets):
-            self._past = [(x, np.array(targets)), *self._past[: len(CUBIC) - 1]]
+        if self._past.size:
+            self._past[1:] = self._past[:-1]
+            self._past[0, : len(x)], self._past[0, len(x) :] = x, targets
+            self._known += 1
         return Assembly(self.equations.coordinates(x), size, k, Status.SOLVED)
 
     def _predicted(
@@ -182,17 +207,18 @@ class WarmStart:
         """The step from the kept pose along its tangent; and where the path goes on evenly, the place that a cubic through the last
         poses predicts, with what the given values lack there put right along the tangent."""
         off = self._off(x, values, targets)
-        if len(self._past) == len(CUBIC):
-            there = CUBIC @ np.array([t for _, t in self._past]) - targets
-            if length(there) <= EVEN * length(off):
-                off[len(off) - len(there) :] = there
-                ahead = CUBIC @ np.array([p for p, _ in self._past]) + self._steps.step(inverse, off)
+        if self._known >= len(CUBIC):
+            there = CUBIC @ self._past
+            missing = there[len(x) :] - targets
+            if length(missing) <= EVEN * length(off):
+                off[len(off) - len(missing) :] = missing
+                ahead = there[: len(x)] + self._steps.step(inverse, off)
                 return ahead - x, ahead
         return self._steps.step(inverse, off), None
 
     def _off(self, x: Array, values: tuple[Any, ...], targets: Sequence[Any]) -> Array:
         """(m,) residual at the kept pose with new targets; it needs no look at the pose where all of them are numbers."""
-        if any(np.ndim(t) for t in targets):
+        if not self._past.size and any(np.ndim(t) for t in targets):
             return self.equations.evaluate(x, targets)[0]
         out = np.zeros(self._steps.count)
         out[len(out) - len(targets) :] = np.subtract(values, targets)

@@ -202,6 +202,19 @@ def test_a_long_way_keeps_the_mode(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ENGINES)
+def test_a_pose_after_the_other_far_apart(name: str) -> None:
+    """Long ways are led in parts; where one ends at a value that is out of reach, the closer goes on from the pose before."""
+    m = fourbar()
+    closer = Closer(m, ["crank"], name)
+    for x in (1.0, 7.0, -3.0, 3.0, 15.0, 0.2):
+        assert turned(np.array(closer(crank=x)["rocker"] - rocker_angle(np.array(x)))) == pytest.approx(0.0, abs=1e-11)
+    moved = Closer(m, ["rocker"], name)
+    before = moved(rocker=m.zero("rocker")).q
+    assert not moved(rocker=m.zero("rocker") + 3.0).closed
+    assert moved(rocker=m.zero("rocker")).q == pytest.approx(before, abs=1e-11)
+
+
+@pytest.mark.parametrize("name", ENGINES)
 def test_a_change_point_is_not_crossed_silently(name: str) -> None:
     """A parallelogram: at pi its two modes meet. Beyond, what is called an answer is the parallelogram, never the crossed one."""
     m = fourbar(crank=0.2, coupler=GROUND, rocker=0.2)

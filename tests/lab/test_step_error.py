@@ -135,6 +135,14 @@ def test_a_sample_of_the_campaign(first: int) -> None:
     assert sum(r > TOO_LARGE for r in ratios) <= 2, counted(ratios, "positions")
 
 
+def test_errors_of_rates_are_seen_where_they_last_a_few_samples() -> None:
+    """Six bars fold and pass a singular position, where rates are wrong for a hundredth of the run: compared with runs of fewer samples,
+    their errors are looked for there."""
+    found = case(97)
+    assert found is not None and "n_fourbar" in found.line
+    assert min(x for x in found.channels.values() if not math.isnan(x)) > 1.0 / 3.0, found.line
+
+
 def test_a_pass_of_a_singular_position_tells_no_error_of_accelerations() -> None:
     """All bars of n_fourbar lie in one line where a rocker stands at a multiple of pi: there the constraints lose rank."""
     run = ml.simulate("n_fourbar", duration=3.5)

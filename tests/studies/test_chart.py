@@ -2,14 +2,17 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from mechlab import api
+from mechlab.experiment.recording import Trace
+from mechlab.integrate import count_work
 from mechlab.lab.methods import METHODS, Problem, method
 from mechlab.studies.chart.advice import is_flat, recommend
 from mechlab.studies.chart.data import ChartPoint, pareto
-from mechlab.studies.chart.run import Budget, chart
-from mechlab.studies.chart.score import reference_of, score
+from mechlab.studies.chart.run import Budget, chart, refine
+from mechlab.studies.chart.score import Score, reference_of, score
 
 PROBLEMS = ("pendulum", "n_fourbar", "andrews", "bricard", "flyball", "slider_crank")
 
@@ -69,3 +72,23 @@ def test_defaults_of_mujoco_do_not_converge_on_the_n_fourbar() -> None:
 def test_every_method_has_its_own_name_and_an_engine() -> None:
     assert len({m.name for m in METHODS}) == len(METHODS)
     assert {m.engine for m in METHODS} == {"mujoco", "pinocchio", "one_freedom", "hybrid", "analytic"}
+
+
+def test_a_run_that_cannot_be_afforded_is_not_begun() -> None:
+    """Steps that cost 0.1 s at a step of 1: runs of 0.1, 0.2 and 0.4 s fit into 1 s, one of 0.8 s does not."""
+    begun: list[float] = []
+
+    def run(step: float) -> Trace:
+        begun.append(step)
+        count_work(0.1 / step)
+        return Trace(np.zeros((2, 1)), np.zeros((2, 1)), 0.1 / step, round(1.0 / step))
+
+    budget = Budget(one=10.0, method=1.0, repeat=0.0)
+    found = refine("m", "step", False, [1.0, 0.5, 0.25, 0.125], run, lambda trace: Score(1e-3, 1e-3, 0.0, 0.0), budget)
+    assert begun == [1.0, 0.5, 0.25]
+    assert [p.ok for p in found] == [True, True, True, False]
+    assert "0.72 s of work" in found[-1].reason and "0.3 s are left" in found[-1].reason
+    begun.clear()
+    # a sharper tolerance may cost the same: with 0.4 s each the third is not begun
+    refine("m", "tolerance", False, [1e-3, 1e-4, 1e-5], lambda x: run(0.25), lambda trace: Score(1e-3, 1e-3, 0.0, 0.0), budget)
+    assert len(begun) == 2

@@ -1,7 +1,8 @@
 """Forces and work of laws that the engine applies by itself, from the states of a run: no Python is called while it steps.
 
-Such laws are constant loads, whose work is force x displacement, or drives that hold, with springs and dampers as actuators. With
-their forces f = c + A_q q + A_v v, the rates u = B v of their targets and the power p = f . u a step from state 0 to 1 has the work
+Such laws are constant loads, whose work is force x displacement, or springs and dampers: drives that hold, which have actuators, and
+laws that are put into the model (`mechlab.engines.mujoco.springs`). With their forces f = c + A_q q + A_v v, the rates u = B v of
+their targets and the power p = f . u a step from state 0 to 1 has the work
 
     W = h (p0 + p1) / 2 + h^2 (p0' - p1') / 12,       p' = (A_q v + A_v a) . u + f . B a
 
@@ -84,8 +85,8 @@ class ConstantLoads:
 
 
 class HeldDrives:
-    """Drives that hold, as affine laws that do not change with time, in a run over the `steps`; `between`: the steps that are not
-    samples, None where nobody asks for the work."""
+    """Springs, dampers and constant forces, as affine laws that do not change with time, in a run over the `steps`; `between`: the steps
+    that are not samples, None where nobody asks for the work."""
 
     def __init__(self, laws: CompiledLaws, steps: Grid, fourth_order: bool, between: StepsBetween | None) -> None:
         self.laws, self.steps, self.fourth_order, self.between = laws, steps, fourth_order, between

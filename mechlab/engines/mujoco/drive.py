@@ -14,6 +14,7 @@ import numpy as np
 from mechlab.engines.mujoco.after_run import MOST_NUMBERS, AfterRun, ConstantLoads, HeldDrives, StepsBetween
 from mechlab.engines.mujoco.model import MujocoMap, Tuning, passive, to_mujoco
 from mechlab.engines.mujoco.plant import MujocoPlant
+from mechlab.engines.mujoco.springs import SpringDamper, put_springs
 from mechlab.engines.mujoco.stepping import Grid
 from mechlab.engines.state import RATE_LIMIT
 from mechlab.errors import MechlabError
@@ -38,15 +39,16 @@ class Driver:
     activation of the engine would lower it to the first), else exactly for the rates at the start of the step.
 
     Declared drives that `engage` gave to actuators are applied by the engine, whose implicit methods take them
-    implicitly; their forces are computed here a second time, for the record and for the work.
+    implicitly; their forces are computed here a second time, for the record and for the work. So are those of all laws that are
+    in the model as springs and dampers (`in_model`).
 
     `at_once`: all laws are constant and the method is RK4. Then the forces are in the engine from the start, and no call
     is needed: with the weights of RK4 the integral of force x rate is force x displacement, to rounding.
     """
 
-    def __init__(self, mechanism: Mechanism, laws: tuple[Law, ...], plant: MujocoPlant) -> None:
+    def __init__(self, mechanism: Mechanism, laws: tuple[Law, ...], plant: MujocoPlant, in_model: bool = False) -> None:
         self.mechanism, self.laws, self.plant = mechanism, laws, plant
-        in_engine, order = engaged(laws), order_of(plant.map)
+        in_engine, order = laws if in_model else engaged(laws), order_of(plant.map)
         self.applied = CompiledLaws(mechanism, [law for law in laws if law not in in_engine], order)
         self.held = CompiledLaws(mechanism, in_engine, order) if in_engine else None
         data = self._data = plant.data
@@ -121,6 +123,8 @@ class Driver:
             self.curves.put(self._data)
         count_work(self._price)
         laws, t = self.applied, self._data.time
+        if not laws.laws:
+            return
         if self._remembers:
             self._apply(t)
             if not math.isfinite(self._forces.dot(self._forces)):
@@ -184,7 +188,8 @@ class Driver:
             if not laws.all_formulas:
                 self.memory.put(self.plant, states)
         self._forces, total = laws.forces(t, self.plant)
-        self._qfrc[:] = total
+        if laws.laws:
+            self._qfrc[:] = total
         return total
 
     def _remember(self, t: float) -> None:
@@ -271,24 +276,31 @@ def tunable_model(mechanism: Mechanism, settings: Settings, laws: Sequence[Law])
 
 
 @lru_cache(maxsize=8)
-def _unused(mechanism: Mechanism, held: tuple[Law, ...], thread: int) -> list[tuple[RunModel, Tuning]]:
+def _unused(
+    mechanism: Mechanism, held: tuple[Law, ...], springs: tuple[SpringDamper, ...], thread: int
+) -> list[tuple[RunModel, Tuning, Array]]:
     """Models of runs of a thread that have ended; `lent_model` takes from them and gives back."""
     return []
 
 
 @contextmanager
-def lent_model(mechanism: Mechanism, settings: Settings, laws: Sequence[Law]) -> Iterator[RunModel]:
-    """A `run_model` for this block: what the same mechanism under the same held drives ran on before is tuned and reset, which is
-    cheaper than another MjModel and MjData. Whatever else the block changes in the model it has to put back."""
-    unused = _unused(mechanism, engaged(laws), threading.get_ident())
+def lent_model(
+    mechanism: Mechanism, settings: Settings, laws: Sequence[Law], springs: tuple[SpringDamper, ...] = ()
+) -> Iterator[RunModel]:
+    """A `run_model` with springs and their constant force for this block: what the same mechanism under the same held drives ran on
+    before is tuned and reset, which is cheaper than another MjModel and MjData. Whatever else the block changes in the model it has
+    to put back."""
+    unused = _unused(mechanism, engaged(laws), springs, threading.get_ident())
     if unused:
-        made, tuning = unused.pop()
+        made, tuning, force = unused.pop()
         tuning.put(settings)
         mujoco.mj_resetData(made[0], made[1])
     else:
         made, tuning = tunable_model(mechanism, settings, laws)
+        force = put_springs(made[2], springs)
+    made[1].qfrc_applied[:] = force
     yield made
-    unused.append((made, tuning))  # not after an error: nobody knows what it left
+    unused.append((made, tuning, force))  # not after an error: nobody knows what it left
 
 
 def put_start(data: mujoco.MjData, map_: MujocoMap, q: Array, v: Array) -> None:

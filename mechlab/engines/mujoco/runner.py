@@ -12,11 +12,12 @@ import scipy
 from mechlab.clock import costed, move_cost, spent_on
 from mechlab.engines.mujoco.after_run import HeldDrives
 from mechlab.engines.mujoco.control import controlled, engine
-from mechlab.engines.mujoco.drive import Driver, RunModel, lent_model, put_start
+from mechlab.engines.mujoco.drive import Driver, RunModel, engaged, lent_model, put_start
 from mechlab.engines.mujoco.findings import health, masses_finding
 from mechlab.engines.mujoco.plant import MujocoPlant
 from mechlab.engines.mujoco.samples import RunSamples
 from mechlab.engines.mujoco.sparse import sparse_is_right, sparse_steps
+from mechlab.engines.mujoco.springs import spring_dampers
 from mechlab.engines.mujoco.stepping import Grid, advance, grid, sparsely
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.assembly_modes import ModeWatch
@@ -34,7 +35,8 @@ def run(
     """Run a scene with MuJoCo; `settings` default to those the scene recommends.
 
     The laws of the scene are the only forces besides gravity, springs and dampers: they are evaluated at every stage of
-    a step, with the time and state of that stage. A declared drive acts through a law of the scene alone (scenes of a
+    a step, with the time and state of that stage; where all are springs and dampers to RK4 they are parts of the model
+    (`mechlab.engines.mujoco.springs`). A declared drive acts through a law of the scene alone (scenes of a
     design have one: see `mechlab.experiment.acting`). The engine's own actuators apply these laws, so that the motion
     is that of the MJCF file with all controls at 0, and methods that are implicit in actuators are so here too.
 
@@ -60,18 +62,22 @@ def _run(mechanism: Mechanism, scene: Scene, chosen: Settings, steps: Grid, judg
         raise MechlabError(f"settings are for the engine {chosen.engine!r}, this is the runner of 'mujoco'.")
     if chosen.integrator not in MUJOCO_INTEGRATORS:
         raise unknown("integrator of mujoco", chosen.integrator, MUJOCO_INTEGRATORS)
-    with lent_model(mechanism, chosen, scene.laws) as lent:
-        return _recorded(mechanism, scene, chosen, steps, judged, lent)
+    held = engaged(scene.laws)
+    springs = spring_dampers(mechanism, [law for law in scene.laws if law not in held], chosen.integrator == "RK4") or ()
+    if not (held or any(x.stiffness or x.damping for x in springs)):
+        springs = ()  # constant loads alone are put there once by the driver
+    with lent_model(mechanism, chosen, scene.laws, springs) as lent:
+        return _recorded(mechanism, scene, chosen, steps, judged, lent, bool(springs))
 
 
 def _recorded(
-    mechanism: Mechanism, scene: Scene, chosen: Settings, steps: Grid, judged: bool, lent: RunModel
+    mechanism: Mechanism, scene: Scene, chosen: Settings, steps: Grid, judged: bool, lent: RunModel, in_model: bool
 ) -> Recording:
-    """The run, on a model with the settings."""
+    """The run, on a model with the settings; in_model: all laws are springs and dampers of it."""
     model, data, map_ = lent
     q, v = initial_state(mechanism, scene)
     put_start(data, map_, q, v)
-    driver = Driver(mechanism, scene.laws, MujocoPlant(mechanism, model, data, map_))
+    driver = Driver(mechanism, scene.laws, MujocoPlant(mechanism, model, data, map_), in_model)
     after = driver.afterwards(steps, judged)
     samples = RunSamples(model, data, map_, driver, ModeWatch(mechanism, scene.keep_mode), after)
     act = driver if judged else driver.unaccounted

@@ -152,18 +152,17 @@ def adaptive(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: in
     put_start(data, map_, *initial_state(mechanism, scene))
     n, times = model.nq, np.linspace(0.0, scene.duration, outputs + 1)
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
-    qpos, qvel, qacc, forward = data.qpos, data.qvel, data.qacc, mujoco.mj_forwardSkip
+    qvel, qacc, put, forward = data.qvel, data.qacc, mujoco.mj_setState, mujoco.mj_forwardSkip
     price = MUJOCO.of(mechanism)
     every, no_sensors, timed = mujoco.mjtStage.mjSTAGE_NONE, True, bool(scene.laws)
     slope = np.empty(2 * n)
     rates, accelerations = slope[:n], slope[n:]
 
     def f(t: float, y: Array) -> Array:
-        count_work(price)
         if timed:
             data.time = t
-        qpos[:] = y[:n]
-        qvel[:] = rates[:] = y[n:]
+        put(model, data, y, COORDINATES_AND_RATES)
+        rates[:] = qvel
         forward(model, data, every, no_sensors)
         accelerations[:] = qacc
         return slope
@@ -172,10 +171,13 @@ def adaptive(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: in
     # LSODA goes back and forth in time: nothing may be summed up over its evaluations
     with _driven(mechanism, scene, model, data, map_)():
         began = time.thread_time()
-        found = integrate_lsoda(f, np.concatenate([qpos, qvel]), times, settings.tolerance, jacobian)
+        found = integrate_lsoda(f, np.concatenate([data.qpos, qvel]), times, settings.tolerance, jacobian, price)
         spent = time.thread_time() - began
     q, v = map_.coordinates(found.y[:, :n]), map_.rates(found.y[:, n:])
     return Trace(q, v, spent, found.steps, found.reason, found.evaluations)
+
+
+COORDINATES_AND_RATES = mujoco.mjtState.mjSTATE_QPOS | mujoco.mjtState.mjSTATE_QVEL
 
 
 class _Linearised:
@@ -198,8 +200,7 @@ class _Linearised:
     def __call__(self, t: float, y: Array) -> Array:
         count_work(self._price)
         n, data, h = self.model.nv, self.data, self.model.opt.timestep
-        data.qpos[:] = y[:n]
-        data.qvel[:] = y[n:]
+        mujoco.mj_setState(self.model, data, y, COORDINATES_AND_RATES)
         mujoco.mjd_transitionFD(self.model, data, self.MOVED, False, self._next, None, None, None)
         np.subtract(self._next[n:], self._still, out=self._slope[n:])
         self._slope[n:] /= h

@@ -251,7 +251,8 @@ def _lsoda(dynamics: ConstrainedDynamics, q: Array, v: Array, times: Array, tole
     slope = np.empty(2 * nq)
 
     def f(t: float, y: Array) -> Array:
-        slope[:nq], slope[nq:] = y[nq:], dynamics(t, y[:nq], y[nq:])
+        v = y[nq:]
+        slope[:nq], slope[nq:] = v, dynamics(t, y[:nq], v)
         return slope
 
     began = time.thread_time()

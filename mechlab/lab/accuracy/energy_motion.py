@@ -35,6 +35,8 @@ from mechlab.mechanism import Mechanism
 from mechlab.mechanism.batch_tree import BatchRows, BatchTree
 from mechlab.mechanism.geometry import Array
 
+MANY = 2
+"""Where more poses are closed than this many times those of the continuation, these are worth being sharpened first."""
 PATIENCE = 2
 """Steps along a joint that may fail while there are other joints to try."""
 NEAR = 1e-2
@@ -123,7 +125,6 @@ class EnergyMotion:
                     why, failed = str(cause), branch
                     k = next_joint(branch, left)
                     continue
-                branch.sharpen()
                 self.branch = branch
                 return explorer
         raise NoSolution(f"the energy does not tell the motion: {why}")
@@ -182,6 +183,8 @@ class EnergyMotion:
             else:
                 if np.max(np.abs(q - guess)) < NEAR:
                     return q, u
+        if old is None and len(phi) > MANY * len(self.branch.phi):
+            self.branch.sharpen()
         return self.branch.at(phi, self.closed)
 
     def states(self, t: Array, accelerations: bool = False) -> PlacedStates:

@@ -18,7 +18,7 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Recording, frame_positions
 from mechlab.integrate import work_done
 from mechlab.lab.methods import Problem
-from mechlab.mechanism.batch_tree import BatchTree
+from mechlab.mechanism.batch_tree import CACHED, BatchTree, Poses
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.length_unit import is_length
 
@@ -56,6 +56,8 @@ class _Channels(dict[str, Any]):
         super().__init__()
         self.measure, self.states = measure, (q, v)
         self.frames: Array | None = None
+        self.poses: Poses | None = None
+        self.places: dict[int, Array] = {}
 
     def __contains__(self, name: object) -> bool:
         return name in self.measure.known
@@ -64,10 +66,22 @@ class _Channels(dict[str, Any]):
         m, tree, (q, v) = self.measure.problem.mechanism, self.measure.tree, self.states
         found = self.measure.known[name]
         if isinstance(found, tuple):
+            if self.measure.functions and tree is not None and 1 < tree.ground and tree.ground * len(q) <= CACHED:
+                return self._place(tree, found[0])[:, found[1]]
             if self.frames is None:
                 self.frames = frame_positions(m, q) if tree is None else tree.frame_positions(q)
             return np.asarray(self.frames[:, found[0], found[1]])
         return np.asarray(m.value(found, q) if found == name else v @ m.row(found))
+
+
+    def _place(self, tree: BatchTree, frame: int) -> Array:
+        """(n, 3) positions of one frame: named channels are of few of them."""
+        if self.poses is None:
+            self.poses = tree.at(self.states[0])
+        if frame not in self.places:
+            links, places = tree.frames
+            self.places[frame] = tree.positions(self.poses, (links[frame : frame + 1], places[frame : frame + 1]))[0]
+        return self.places[frame]
 
 
 class ErrorMeasure:

@@ -238,7 +238,7 @@ class OrbitSearch:
             if not min(good, bad) - room <= new <= max(good, bad) + room:
                 new = 0.5 * (good + bad)
             # Newton's error is of the order of its last step squared, which is rounding below the root of its unit
-            if abs(new - phi) <= 1e-9 * max(1.0, abs(phi)):
+            if abs(new - phi) <= 1e-8 * max(1.0, abs(phi)):
                 return new
             phi = new
         return phi

@@ -31,6 +31,9 @@ from mechlab.studies.chart.data import DIVERGED, FEWEST, NOT_RUN, OK, PUBLISHED,
 from mechlab.studies.chart.peers import TARGETS, compare
 from mechlab.studies.chart.score import Reference, Score, reference_of, score
 
+FEWER = 0.9
+"""Half the step takes at least twice this work: with shorter steps loops close in fewer iterations."""
+
 
 @dataclass(frozen=True)
 class Budget:
@@ -112,21 +115,29 @@ def refine(
     scored: Callable[[Trace], Score],
     budget: Budget,
 ) -> list[ChartPoint]:
-    """The points of a method at ever smaller steps or tolerances, until the budget is spent; at least FEWEST of them."""
+    """The points of a method at ever smaller steps or tolerances, until the budget is spent; at least FEWEST of them. A run that the
+    last one shows to be beyond the budget is not begun: shorter steps are more of them, a sharper tolerance costs no less."""
     out: list[ChartPoint] = []
     lost = ChartPoint.without_numbers
-    began = work_done()
+    began, last = work_done(), (values[0], 0.0)
     for k, value in enumerate(values):
         left = budget.method - (work_done() - began)
         if left <= 0.0:
             if k < FEWEST:
                 out.append(lost(name, value, control, NOT_RUN, f"{budget.method:g} s of work were done", default))
             continue
+        needed = last[1] * (FEWER * last[0] / value if control == "step" else 1.0)
+        if needed > left:
+            if k < FEWEST:
+                why = f"it would take at least {needed:.3g} s of work, {left:.3g} s are left"
+                out.append(lost(name, value, control, NOT_RUN, why, default))
+            continue
         try:
             before = work_done()
             with work_limit(left):
                 trace = run(value)
             work = work_done() - before
+            last = value, work
         except OutOfWork:
             if k < FEWEST:
                 out.append(lost(name, value, control, NOT_RUN, f"stopped after {left:.3g} s of work", default))
