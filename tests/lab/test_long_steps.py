@@ -23,12 +23,14 @@ SHARP = Settings("pinocchio", "DOP853", tolerance=1e-11, preset="sharp")
 
 @pytest.mark.parametrize(("name", "scene", "duration"), [
     ("quick_return", "driven-crank", 0.5), ("platform_3rrr", "driven-cranks", 0.5), ("closed_differential", "internal-drag", 1.0),
-    ("freudenstein", "free-run", 0.25),
+    ("freudenstein", "free-run", 0.25), ("bennett", "driven", 0.25),
 ])  # fmt: skip
 def test_a_smooth_motion_takes_the_steps_that_its_error_asks_for(name: str, scene: str, duration: float) -> None:
-    run = ml.simulate(name, scene=scene, duration=duration, max_error=1e-3)
+    # a Bennett linkage has three rows that repeat others: where the engine leaves its loop a little open, they contradict each other
+    source = ml.load(name, **({"alpha": 0.7255} if name == "bennett" else {}))
+    run = ml.simulate(source, scene=scene, duration=duration, max_error=1e-3)
     assert run.health.trusted and len(run.t) == 401 and run.settings.timestep > duration / 400
-    truth = ml.simulate(name, scene=scene, duration=duration, settings=SHARP, at=run.t.tolist())
+    truth = ml.simulate(source, scene=scene, duration=duration, settings=SHARP, at=run.t.tolist())
     at = np.clip(np.searchsorted(truth.t, run.t * (1.0 - 1e-12)), 0, len(truth.t) - 1)
     assert np.max(np.abs(truth.t[at] - run.t)) < 1e-9
     tracked = [n for n in run.channels if run.units[n] in ("m", "rad", "m/s", "rad/s")]

@@ -25,7 +25,7 @@ from mechlab.experiment.ranges import unstopped_finding
 from mechlab.experiment.recording import Cost, Finding, Health, Recording, limit_finding, run_channels
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.integrate import work_done
-from mechlab.lab.accuracy.dense import BETWEEN, driven, interpolated, law_forces
+from mechlab.lab.accuracy.dense import BETWEEN, closed_states, driven, interpolated, law_forces
 from mechlab.lab.accuracy.measure import ErrorMeasure, largest
 from mechlab.lab.accuracy.result import NeighbourMotion, Solution
 from mechlab.lab.accuracy.rules import default_budget
@@ -35,6 +35,7 @@ from mechlab.lab.methods import Problem, has_kinks
 from mechlab.lab.problem_settings import other_softness
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.singularity import may_pass_singular
+from mechlab.mechanism.structure import structure
 
 OUTPUTS = 400
 SAMPLED = 1.5
@@ -241,7 +242,9 @@ def motion_of(mechanism: Mechanism, scene: Scene, result: Solution, at: Sequence
     else:
         q, v = result.q, result.v
         if result.between is None:
-            forces, a = driven(mechanism, scene, result.t, q, v)
+            # where rows repeat each other, poses that are a little open have accelerations without meaning
+            poses = closed_states(mechanism, q, v) if mechanism.is_closed and structure(mechanism).redundant else (q, v)
+            forces, a = driven(mechanism, scene, result.t, *poses)
         else:
             a, forces = result.between
         if mechanism.nq != mechanism.nv and (len(t) > len(q) or every > 1):

@@ -130,10 +130,10 @@ def _dynamics(m: Mechanism) -> BatchDynamics:
 
 def dense_states(m: Mechanism, scene: Scene, nodes: Array, q: Array, v: Array, t: Array) -> DenseStates:
     """The motion q (k, nv), v (k, nv) at the nodes (k,), k odd, at times t (n,)."""
-    as_is, (q, v) = (q, v), _closed(m, q, v)
+    as_is, (q, v) = (q, v), closed_states(m, q, v)
     forces, a = driven(m, scene, nodes, q, v)
     every, second = (interpolated(m, nodes[::k], q[::k], v[::k], a[::k], t) for k in (1, 2))
-    closed = _closed(m, *every)
+    closed = closed_states(m, *every)
     near_q, near_v = (
         x + BETWEEN * (less - x) + (all_ - x) + between_nodes(nodes, raw - node, t)
         for x, less, all_, raw, node in zip(closed, second, every, as_is, (q, v), strict=True)
@@ -202,7 +202,7 @@ def meets_range(m: Mechanism, q: Array) -> bool:
     return False
 
 
-def _closed(m: Mechanism, q: Array, v: Array) -> tuple[Array, Array]:
+def closed_states(m: Mechanism, q: Array, v: Array) -> tuple[Array, Array]:
     """The nearest closed poses, and the nearest rates that keep them closed."""
     if not m.is_closed:
         return q, v
