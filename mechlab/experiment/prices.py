@@ -45,6 +45,8 @@ CONSTRAINED = Price(5e-6, rates=3e-7, crossed=3.5e-8, springs=1e-5)
 """Pinocchio's proximal dynamics, called from Python (`mechlab.engines.pinocchio.trace`)."""
 EQUATIONS = Price(3.5e-5, rates=2e-6, rows=3e-6, crossed=3e-8, springs=1.5e-5, rowed=9e-5)
 """Pinocchio with factored constraint rows (`mechlab.engines.pinocchio.equations`)."""
+BUILDING = {"mujoco": Price(1.2e-3, rates=1.4e-4), "pinocchio": Price(3e-4, rates=6e-5, crossed=6e-7)}
+"""Making what an engine runs of a mechanism, for the choice of an engine that takes few steps."""
 ONE_FREEDOM = Price(1.4e-5)
 """The equation of one freedom on its table."""
 CLOSED_POSE = Price(3e-4, rates=2.5e-4)

@@ -51,8 +51,9 @@ CONTROLLED = (
 def forget() -> None:
     """Empty every cache of this process, so that the next call pays for what it builds."""
     for found in gc.get_objects():
-        if isinstance(found, functools._lru_cache_wrapper) and found.__module__.startswith("mechlab"):
-            found.cache_clear()
+        if isinstance(found, functools._lru_cache_wrapper) and found.__module__.startswith("mechlab."):
+            if found.__module__ != "mechlab.algebra_threads":  # the libraries of the process are no models
+                found.cache_clear()
 
 
 def cheapest(name: str, parameters: dict[str, Any], scene: str | None, **options: Any) -> Recording:

@@ -14,7 +14,14 @@ from mechlab.lab.accuracy.branch import CLOSED_TO, NEARLY_CLOSED
 from mechlab.lab.accuracy.check import CheckRunner
 from mechlab.lab.accuracy.energies import EnergyFunction, OneJointEnergies
 from mechlab.lab.accuracy.energy_motion import EnergyMotion, PlacedStates
-from mechlab.lab.accuracy.measure import ContinuousMotion, CostCounter, ErrorMeasure, States, tracked_and_change
+from mechlab.lab.accuracy.measure import (
+    ContinuousMotion,
+    CostCounter,
+    ErrorMeasure,
+    States,
+    largest,
+    tracked_and_change,
+)
 from mechlab.lab.accuracy.result import LIMITED_BY_ROUNDING, ROUNDING_COUNTS, NeighbourMotion, Solution, conclusion
 from mechlab.lab.accuracy.rules import EPSILON, RULES
 from mechlab.lab.methods import Problem
@@ -153,10 +160,13 @@ def solve_by_energy(
     motion = EnergyMotion(problem.mechanism, problem.scene, asked.q0, asked.v0, tree, rows, closed, energies, joints)
     n, last = RULES.nodes
     n *= 1 if max_error > LOOSE else 2 if max_error > ROUNDING_COUNTS else 4
-    estimate, states, tracked = math.inf, None, None
+    estimate, states, tracked, far = math.inf, None, None, False
     while n < last and asked.counter.work < asked.budget:
         n *= 2
         motion.refine(n)
+        if far and 2 * n <= last and asked.counter.work < asked.budget:
+            far = False
+            continue
         try:
             states = motion.states(t)
             shifts = motion.moved(states, t, every=2)
@@ -167,6 +177,9 @@ def solve_by_energy(
         before, estimate = estimate, change
         if RULES.safety * estimate <= max_error or (estimate <= 1e-9 and estimate > 0.3 * before):
             break
+        # errors fall geometrically: with twice the nodes their share of the motion is squared. What cannot be enough is not measured
+        size = largest(tracked - tracked[0])
+        far = RULES.safety * min(estimate, size) ** 2 > max_error * size
     if states is None or tracked is None:
         raise NoSolution("the speed is not resolved: the motion all but stands still on its way")
     # a motion that starts nearly at rest on a maximum of V depends on the last digits of its energy, whatever error was asked for

@@ -14,6 +14,7 @@ import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.experiment.acting import is_rough
+from mechlab.experiment.prices import BUILDING
 from mechlab.integrate import work_done
 from mechlab.lab.accuracy.measure import CostCounter, ErrorMeasure, largest
 from mechlab.lab.accuracy.result import MethodCheck
@@ -70,7 +71,7 @@ class CheckRunner:
 
 @dataclass(frozen=True)
 class _CheckSetting:
-    """A method that may check, its two steps [s] or tolerances, and the expected work on the first output interval [s]."""
+    """A method that may check, its two steps [s] or tolerances, and the expected work [s] of its model and the first output interval."""
 
     method: Method
     values: tuple[float, float]
@@ -86,11 +87,12 @@ def _check_settings(problem: Problem, used: str, fastest: float, sharp: bool) ->
         method = rule.method(problem)
         if method is None:
             continue
-        price = method.price(problem)
+        # a sharp check goes as far as its work allows; where one interval is enough, most of it is the making of its model
+        price, building = method.price(problem), 0.0 if sharp else BUILDING[rule.engine].of(problem.mechanism)
         if rule.control == "tolerance":
             looser = 1.0 if sharp else 10.0
             coarse, fine = RULES.check_tolerances
-            yield _CheckSetting(method, (looser * coarse, looser * fine), FIRST_INTERVAL * rule.evaluations * price)
+            yield _CheckSetting(method, (looser * coarse, looser * fine), building + FIRST_INTERVAL * rule.evaluations * price)
             continue
         rigid = used == "mujoco" or not problem.mechanism.is_closed
         fewer = rigid and not sharp
@@ -98,7 +100,7 @@ def _check_settings(problem: Problem, used: str, fastest: float, sharp: bool) ->
         for each in sorted({max(x, least) for x in ((few // 4, few // 2, few) if fewer else (few,))}):
             if each > most_steps:
                 continue
-            yield _CheckSetting(method, (between / each, 0.5 * between / each), 3.0 * each * price)
+            yield _CheckSetting(method, (between / each, 0.5 * between / each), building + 3.0 * each * price)
 
 
 def _round_down(count: float) -> int:

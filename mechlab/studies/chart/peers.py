@@ -40,6 +40,8 @@ FAR = 3.0
 REPEATS, ENOUGH_S, REPEATS_LIMIT = 5, 0.05, 50
 """A median is taken of REPEATS runs; short runs are repeated until they take ENOUGH_S [s] together, REPEATS_LIMIT at
 most."""
+OF_PROCESS = ("mechlab.integrate.", "mechlab.algebra_threads")
+"""Modules whose tables know no models: those of numerical methods, and the libraries that are loaded."""
 CONTENDERS = 2
 """Number of cheapest peers of a target that are timed again, after up to BISECTIONS settings between two of the
 sweep."""
@@ -103,14 +105,13 @@ def whole_run(problem: Problem, target: float) -> tuple[float, Recording]:
 def _forget() -> None:
     """Empty every table of results on models that the package keeps between calls.
 
-    What belongs to the process, as imports do, stays: functions without arguments (versions of packages), and the tables of
-    numerical methods in `mechlab.integrate`, which know no models.
+    What belongs to the process, as imports do, stays: functions without arguments (versions of packages), and OF_PROCESS.
     """
     for name, module in list(sys.modules.items()):
         if name.partition(".")[0] == "mechlab":
             for one in list(vars(module).values()):
                 kept = hasattr(one, "cache_clear") and inspect.signature(one).parameters
-                if kept and not one.__module__.startswith("mechlab.integrate."):  # wherever it was imported to
+                if kept and not one.__module__.startswith(OF_PROCESS):  # wherever it was imported to
                     one.cache_clear()
 
 
