@@ -23,6 +23,7 @@ SHARP = Settings("pinocchio", "DOP853", tolerance=1e-11, preset="sharp")
 
 @pytest.mark.parametrize(("name", "scene", "duration"), [
     ("quick_return", "driven-crank", 0.5), ("platform_3rrr", "driven-cranks", 0.5), ("closed_differential", "internal-drag", 1.0),
+    ("freudenstein", "free-run", 0.25),
 ])  # fmt: skip
 def test_a_smooth_motion_takes_the_steps_that_its_error_asks_for(name: str, scene: str, duration: float) -> None:
     run = ml.simulate(name, scene=scene, duration=duration, max_error=1e-3)
@@ -31,11 +32,10 @@ def test_a_smooth_motion_takes_the_steps_that_its_error_asks_for(name: str, scen
     at = np.clip(np.searchsorted(truth.t, run.t * (1.0 - 1e-12)), 0, len(truth.t) - 1)
     assert np.max(np.abs(truth.t[at] - run.t)) < 1e-9
     tracked = [n for n in run.channels if run.units[n] in ("m", "rad", "m/s", "rad/s")]
-    for channel in tracked:
-        # Pinocchio's own error at 1e-11, and what stabilization leaves open, are below 1e-7 here
-        assert np.max(np.abs(run.channels[channel] - truth.channels[channel][at])) <= run.errors[channel] + 1e-7, (
-            channel
-        )
+    for channel in {*tracked, *(n for n in run.channels if n.endswith(("_accel", "_force")))}:
+        # Pinocchio's own error at 1e-11, and what stabilization leaves open, are below 1e-7 of a channel here
+        allowed = run.errors[channel] + 1e-7 * max(1.0, float(np.max(np.abs(run.channels[channel]))))
+        assert np.max(np.abs(run.channels[channel] - truth.channels[channel][at])) <= allowed, channel
     worst = max(run.errors[n] for n in tracked if run.units[n] in ("m", "rad"))
     # not sharper by five decades, as the first steps of a four-hundredth of the scene were
     assert 1e-7 < worst < 1e-2

@@ -146,6 +146,8 @@ def solve_as_pendulum(asked: SolveTask, energies: OneJointEnergies) -> Solution:
 ENERGY = "energy quadrature"
 LOOSE = 1e-5
 """Errors [m or rad] that are asked for above this one are met with few nodes."""
+NEGLIGIBLE = 1e-3
+"""Share of the change by half the nodes that a change by rounding may be and not count."""
 CLOSING = 3e-4
 """Last correction of a pose over the error asked for: the tangents are off by as much, which adds up along the motion."""
 
@@ -184,7 +186,8 @@ def solve_by_energy(
         raise NoSolution("the speed is not resolved: the motion all but stands still on its way")
     # a motion that starts nearly at rest on a maximum of V depends on the last digits of its energy, whatever error was asked for
     counts = max_error < ROUNDING_COUNTS or motion.orbit.kind == "run"
-    rounding = _rounding(motion, measure, t, states) if counts else 0.0
+    negligible = 0.0 if max_error < ROUNDING_COUNTS else NEGLIGIBLE * largest(shifts)
+    rounding = _rounding(motion, measure, t, states, negligible) if counts else 0.0
     total = estimate + rounding
     share = total / estimate if estimate > 0.0 else 1.0
     orbit = {"swing": "swings between two turning points", "turn": "turns on and on", "run": "runs along"}[
@@ -200,8 +203,9 @@ def solve_by_energy(
     return with_check(asked, solved)
 
 
-def _rounding(motion: EnergyMotion, measure: ErrorMeasure, t: Array, states: PlacedStates) -> float:
-    """Largest change of the tracked quantities when the energy changes by a few units in the last place."""
+def _rounding(motion: EnergyMotion, measure: ErrorMeasure, t: Array, states: PlacedStates, negligible: float) -> float:
+    """Largest change of the tracked quantities when the energy changes by a few units in the last place; 0 where no coordinate changes
+    by more than `negligible` [rad or m]."""
     assert motion.samples is not None
     scale = float(np.max(np.abs(motion.samples.height)))
     shift = RULES.rounding * EPSILON * max(scale, abs(motion.energy))
@@ -211,4 +215,6 @@ def _rounding(motion: EnergyMotion, measure: ErrorMeasure, t: Array, states: Pla
             shifts.append(motion.moved(states, t, shift=s))
         except NoSolution:
             continue
+    if shifts and max(largest(x) for x in shifts) <= negligible:
+        return 0.0
     return tracked_and_change(measure, t, states, *shifts)[1] if shifts else math.inf

@@ -43,7 +43,8 @@ CAPTURES, SHORTER = 3, 0.4
 """How often held rates are captured in less time, where that time is most of the error, and the share of the target that their
 next error, which is of first order in it, shall be."""
 EVERY, EVERY_ONE = 4, 16
-"""The runs compared with are recorded at every EVERYth output, and at the first ones, where motions start that die away at once."""
+"""The runs compared with are recorded at every EVERYth output, and at the first ones, where motions start that die away at once, and the
+last, where what is interpolated has no further neighbour."""
 FINER = 0.1
 """Share of the error asked for that is asked for where the energy of a run does not balance."""
 STATES_SUFFICE = frozenset({"poses", "drive_forces"})
@@ -184,8 +185,10 @@ def _of_states(m: Mechanism, scene: Scene, result: Solution, at: Sequence[float]
 def _some(result: Solution, n: NeighbourMotion) -> Solution:
     """Some of the states of a neighbour of a solution: see EVERY."""
     count, t = len(result.t), result.t
-    some = np.union1d(np.arange(min(EVERY_ONE, count)), np.append(np.arange(0, count, EVERY), count - 1))
-    return replace(result, motion=n.motion, t=t[some], q=n.q[some], v=n.v[some])
+    # where every EVERYth output is a node of longer steps, those between are looked at
+    ends = np.r_[0 : min(EVERY_ONE, count), max(0, count - EVERY_ONE) : count]
+    some = np.union1d(ends, np.arange(EVERY // 2, count, EVERY))
+    return replace(result, motion=n.motion, t=t[some], q=n.q[some], v=n.v[some], between=None)
 
 
 def _compared(result: Solution, make: Callable[[NeighbourMotion], Recording], more: float = 1.0) -> ComparedRuns:
@@ -237,7 +240,10 @@ def motion_of(mechanism: Mechanism, scene: Scene, result: Solution, at: Sequence
         forces = law_forces(mechanism, scene, t, q, v)
     else:
         q, v = result.q, result.v
-        forces, a = driven(mechanism, scene, result.t, q, v)
+        if result.between is None:
+            forces, a = driven(mechanism, scene, result.t, q, v)
+        else:
+            a, forces = result.between
         if mechanism.nq != mechanism.nv and (len(t) > len(q) or every > 1):
             q, v = interpolated(mechanism, result.t[::every], q[::every], v[::every], a[::every], t)
             forces, a = driven(mechanism, scene, t, q, v)

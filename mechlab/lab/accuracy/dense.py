@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
 
 from mechlab.engines.protocol import available, engine
 from mechlab.experiment.laws import applied_force
@@ -47,12 +48,15 @@ OF_VALUES_AND_RATES = frozenset(
 @dataclass(frozen=True)
 class DenseStates:
     """q (n, nq), v (n, nv) at n times; near_q, near_v: moved by what interpolation and closing may have changed: BETWEEN of the
-    change when every second node is left out, and all that closing them has moved."""
+    change when every second node is left out, and all that closing them has moved. a (n, nv), forces (n,) of joints and shafts: the
+    accelerations and what laws act with, quintic splines through those at the nodes."""
 
     q: Array
     v: Array
     near_q: Array
     near_v: Array
+    a: Array
+    forces: dict[str, Array]
 
 
 def law_forces(m: Mechanism, scene: Scene, t: Array, q: Array, v: Array) -> dict[str, Array]:
@@ -126,11 +130,16 @@ def _dynamics(m: Mechanism) -> BatchDynamics:
 
 def dense_states(m: Mechanism, scene: Scene, nodes: Array, q: Array, v: Array, t: Array) -> DenseStates:
     """The motion q (k, nv), v (k, nv) at the nodes (k,), k odd, at times t (n,)."""
-    a = driven(m, scene, nodes, q, v)[1]
+    as_is, (q, v) = (q, v), _closed(m, q, v)
+    forces, a = driven(m, scene, nodes, q, v)
     every, second = (interpolated(m, nodes[::k], q[::k], v[::k], a[::k], t) for k in (1, 2))
     closed = _closed(m, *every)
-    near = (x + BETWEEN * (less - x) + (as_is - x) for x, less, as_is in zip(closed, second, every, strict=True))
-    return DenseStates(*closed, *near)
+    near_q, near_v = (
+        x + BETWEEN * (less - x) + (all_ - x) + between_nodes(nodes, raw - node, t)
+        for x, less, all_, raw, node in zip(closed, second, every, as_is, (q, v), strict=True)
+    )
+    between = np.asarray(make_interp_spline(nodes, np.column_stack([a, *forces.values()]), k=5)(t))
+    return DenseStates(*closed, near_q, near_v, between[:, : m.nv], dict(zip(forces, between[:, m.nv :].T, strict=True)))
 
 
 def interpolated(m: Mechanism, nodes: Array, q: Array, v: Array, a: Array, t: Array) -> tuple[Array, Array]:
@@ -176,10 +185,9 @@ def quintic(nodes: Array, x: Array, dx: Array, ddx: Array, t: Array) -> Array:
     return np.asarray(r**3 * near + s**3 * far)
 
 
-def with_difference(dense: DenseStates, nodes: Array, dq: Array, dv: Array, t: Array) -> tuple[Array, Array]:
-    """The dense states moved by differences dq, dv (k, nv) that are known at the nodes (k,): linear between them."""
-    moved = [np.array([np.interp(t, nodes, x) for x in d.T]).T for d in (dq, dv)]
-    return dense.q + moved[0], dense.v + moved[1]
+def between_nodes(nodes: Array, x: Array, t: Array) -> Array:
+    """(n, m) at times t (n,) of what is known at the nodes, x (k, m): linear between them."""
+    return np.array([np.interp(t, nodes, column) for column in x.T]).T
 
 
 def meets_range(m: Mechanism, q: Array) -> bool:

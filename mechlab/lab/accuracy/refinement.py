@@ -16,7 +16,7 @@ from mechlab.experiment.recording import Recording, Trace
 from mechlab.experiment.scene import Settings
 from mechlab.integrate import OutOfWork, count_work, work_done, work_limit
 from mechlab.lab.accuracy.convergence import error_of_steps, error_of_tolerances, seen_order
-from mechlab.lab.accuracy.dense import DenseStates, dense_states, meets_range, with_difference
+from mechlab.lab.accuracy.dense import DenseStates, between_nodes, dense_states, meets_range
 from mechlab.lab.accuracy.even_run import EvenRun
 from mechlab.lab.accuracy.measure import ErrorMeasure, largest
 from mechlab.lab.accuracy.result import NeighbourMotion
@@ -254,9 +254,8 @@ class RefinedMethod:
         moved = coarse.q, coarse.v
         if len(coarse.t) != self.problem.outputs + 1:
             # the last run, moved by their difference at the nodes of the coarser one
-            q, v = best.at(coarse.t)
-            dense = self.dense or DenseStates(best.q, best.v, best.q, best.v)
-            moved = with_difference(dense, coarse.t, coarse.q - q, coarse.v - v, self.times)
+            pairs = zip(self.states, (coarse.q, coarse.v), best.at(coarse.t), strict=True)
+            moved = tuple(x + between_nodes(coarse.t, other - own, self.times) for x, other, own in pairs)  # type: ignore[assignment]
         yield NeighbourMotion(RULES.safety * share, settings, *moved)
         if self.dense is not None:
             yield NeighbourMotion(1.0, settings, self.dense.near_q, self.dense.near_v)

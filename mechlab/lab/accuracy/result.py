@@ -59,7 +59,8 @@ class Solution:
     `max_error`. sentence: what was chosen and why, or why the error cannot be reached. neighbours: from which the
     errors of all channels follow; none where there was a single run. run_s: CPU time of the accepted motion alone.
     capture [unit]: the part of the estimate that is the time in which held rates are captured. recorded: Recordings of its last runs by
-    their steps [s], where they were made as such.
+    their steps [s], where they were made as such. between: accelerations (n, nv), and forces (n,) of the laws by joint or shaft, where
+    the steps are longer than the distance of the outputs.
     """
 
     t: Array
@@ -83,6 +84,7 @@ class Solution:
     run_s: float = 0.0
     capture: float = 0.0
     recorded: Mapping[float, Recording] = field(default_factory=dict)
+    between: tuple[Array, dict[str, Array]] | None = None
 
     @property
     def accelerations(self) -> Array | None:

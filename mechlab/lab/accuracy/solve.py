@@ -193,7 +193,7 @@ def solve_by_refinement(
         t, q, v, total, max_error, measure.unit, best.rule.name, best.values[-1], best.rule.control, counter.cpu_s,
         best.traces[-1].steps, ok, sentence, replace(best.settings, preset="max_error"), checked,
         extrapolated=best.rule.extrapolated, neighbours=() if another_way else tuple(best.neighbours(rounding)), run_s=best.run_s,
-        capture=capture, recorded=best.recorded,
+        capture=capture, recorded=best.recorded, between=None if best.dense is None else (best.dense.a, best.dense.forces),
     )  # fmt: skip
 
 
