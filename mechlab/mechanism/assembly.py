@@ -48,14 +48,17 @@ def close(
     begin = np.array([mechanism.value(name, first) for name in goal])
     end = np.array([goal[name] for name in goal])
 
+    kept: list[tuple[Array, Array, Array]] = []
+
     def evaluate(x: Array, s: float) -> tuple[Array, Array]:
-        tree.set(x)
-        now = np.array([mechanism.value(name, x) for name in goal])
-        wanted = begin + s * (end - begin)
-        return (
-            np.concatenate([constraints.residual(tree), now - wanted]),
-            np.vstack([constraints.jacobian(tree), rows]),
-        )
+        if not kept or kept[0][0] is not x:  # a step of the path begins where the last one ended
+            tree.set(x)
+            now = np.array([mechanism.value(name, x) for name in goal])
+            kept[:] = [(x, np.concatenate([constraints.residual(tree), now]), np.vstack([constraints.jacobian(tree), rows]))]
+        _, values, jacobian = kept[0]
+        residual = values.copy()
+        residual[len(values) - len(goal) :] -= begin + s * (end - begin)
+        return residual, jacobian
 
     def step(x: Array, dv: Array) -> Array:
         return integrate(mechanism, x, dv)

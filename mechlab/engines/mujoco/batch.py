@@ -1,8 +1,8 @@
 """Many motions at once, stepped inside the engine by all cores (mujoco.rollout): of one mechanism or of many of the same structure,
-with loops and gears, under constant loads, servos that hold, viscous loads and declared drives that hold.
+with loops and gears, under constant loads, servos that hold, motors, viscous loads and declared drives that hold.
 
 Nothing calls Python between the steps. The steps are those of `mechlab.engines.mujoco.run`, whatever the number of threads: bit for bit,
-but to rounding where a servo or a viscous load is put into the model (`mechlab.engines.mujoco.passive_laws`). Every motion is judged
+but to rounding where a servo or a viscous load is put into the model (`mechlab.engines.mujoco.springs`). Every motion is judged
 (`mechlab.engines.mujoco.batch_health`), blocks of them at a time.
 """
 
@@ -19,14 +19,14 @@ from mujoco import rollout
 from mechlab.engines.mujoco.batch_health import BatchHealth, Course
 from mechlab.engines.mujoco.control import compiling, engine
 from mechlab.engines.mujoco.curve_rows import NO_ROLLOUT
-from mechlab.engines.mujoco.drive import engage, engaged
+from mechlab.engines.mujoco.drive import engage, engaged, springs_of
 from mechlab.engines.mujoco.findings import GAP_KINDS, masses_finding
 from mechlab.engines.mujoco.model import Indices, MujocoMap
-from mechlab.engines.mujoco.passive_laws import passive_laws, put_into_model
 from mechlab.engines.mujoco.sparse import LARGE, sparse_is_right
+from mechlab.engines.mujoco.springs import put_springs, spring_dampers
 from mechlab.engines.mujoco.stepping import Grid
 from mechlab.errors import MechlabError
-from mechlab.experiment.laws import Constant, Servo
+from mechlab.experiment.laws import Servo
 from mechlab.experiment.motion import Hold
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.formats import to_mjcf
@@ -73,9 +73,8 @@ class Batch:
 
 def why_not_together(mechanism: Mechanism, scene: Scene, settings: Settings) -> str:
     """Why motions of a mechanism in a scene cannot be rolled out; "" where they can."""
-    held = engaged(scene.laws)
-    inside = passive_laws(scene.laws, settings)
-    others = [x.kind for x in scene.laws if not (isinstance(x, Constant) or x in inside or x in held and _holds(x))]
+    held, rk4 = engaged(scene.laws), settings.integrator == "RK4"
+    others = [x.kind for x in scene.laws if not (_holds(x) if x in held else spring_dampers(mechanism, [x], rk4) is not None)]
     steps = scene.duration / settings.timestep
     parts: tuple[Joint | Shaft, ...] = (*mechanism.joints, *mechanism.shafts)
     reasons = {
@@ -185,12 +184,11 @@ class _Prepared:
         else:
             qpos[:, self.map.qpos], qvel[:, self.map.dof] = motions.q, motions.v
         self.loads = {name: np.asarray(x, dtype=float) for name, x in motions.loads.items()}
-        for law in scene.laws:
-            if isinstance(law, Constant):
-                self._load(law.on, law.value)
-        for inside in passive_laws(scene.laws, motions.settings).values():
-            put_into_model(self.map, inside)
-            self._load(inside.on, inside.force)
+        springs = springs_of(m, scene.laws, motions.settings) or ()
+        put_springs(self.map, springs)
+        for x in springs:
+            if x.load:
+                self.loads[x.on] = self.loads.get(x.on, 0.0) + np.full(count, x.load)
         self.push = np.zeros((count, nv))
         for name, values in self.loads.items():
             self.push[:, self.map.dof] += values[:, None] * m.row(name)
@@ -203,11 +201,6 @@ class _Prepared:
         ahead = "" if masses is None else masses.sentence
         self.health = BatchHealth(m, scene, motions.settings, self.model, self.map, look, count, ahead)
         self.q, self.v = np.empty((count, len(keep), m.nq)), np.empty((count, len(keep), m.nv))
-
-    def _load(self, on: str, force: float) -> None:
-        """Add a constant force to those on a joint or shaft."""
-        if force:
-            self.loads[on] = self.loads.get(on, 0.0) + np.full(len(self.motions.q), force)
 
     def take(self, at: slice, states: Array, sensed: Array) -> None:
         """Keep the samples of motions `at`, and judge them."""

@@ -13,10 +13,9 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from mechlab.engines.mujoco.drive import engaged
+from mechlab.engines.mujoco.drive import engaged, springs_of
 from mechlab.engines.mujoco.findings import GAP_KINDS, LoopWatch
 from mechlab.engines.mujoco.model import Indices, MujocoMap
-from mechlab.engines.mujoco.passive_laws import passive_laws
 from mechlab.engines.state import RATE_LIMIT
 from mechlab.experiment.assembly_modes import mode_signs
 from mechlab.experiment.energy import CREEP, ENERGY_LIMIT, NOTHING, STANDSTILL, kinetic_energy
@@ -65,7 +64,7 @@ class BatchHealth:
         parts: tuple[Joint | Shaft, ...] = (*(j for j in m.joints if j.nv == 1), *m.shafts)
         self.dampers = [(x.name, x.damping) for x in parts if x.damping]
         self.dampers += [(law.on, law.damping) for law in self.held if np.isinf(law.limit) and law.damping]
-        self.dampers += [(x.on, x.damping) for x in passive_laws(scene.laws, settings).values() if x.damping]
+        self.dampers += [(x.on, x.damping) for x in springs_of(m, scene.laws, settings) or () if x.damping]
         self.balls = np.array([j.damping if j.nv != 1 else 0.0 for j in m.joints for _ in range(j.nv)])
         self.limit, self.nq = LoopWatch(map_).limit, model.nq
         self.rows = _Rows(m) if m.is_closed else None

@@ -14,7 +14,7 @@ import numpy as np
 from mechlab.engines.mujoco.after_run import MOST_NUMBERS, AfterRun, ConstantLoads, HeldDrives, StepsBetween
 from mechlab.engines.mujoco.model import MujocoMap, Tuning, passive, to_mujoco
 from mechlab.engines.mujoco.plant import MujocoPlant
-from mechlab.engines.mujoco.springs import SpringDamper, put_springs
+from mechlab.engines.mujoco.springs import SpringDamper, put_springs, spring_dampers
 from mechlab.engines.mujoco.stepping import Grid
 from mechlab.engines.state import RATE_LIMIT
 from mechlab.errors import MechlabError
@@ -234,6 +234,12 @@ def order_of(map_: MujocoMap) -> StateOrder:
 def engaged(laws: Sequence[Law]) -> tuple[Servo | DcMotor, ...]:
     """The laws that the engine's own actuators apply: declared drives whose force has no memory."""
     return tuple(law for law in held_drives(laws) if isinstance(law, Servo) or not law.inductance)
+
+
+def springs_of(mechanism: Mechanism, laws: Sequence[Law], settings: Settings) -> tuple[SpringDamper, ...] | None:
+    """The laws without those `engaged`, as springs and dampers of the model; None where one of them is something else."""
+    held = engaged(laws)
+    return spring_dampers(mechanism, [law for law in laws if law not in held], settings.integrator == "RK4")
 
 
 def engage(map_: MujocoMap, laws: Sequence[Law]) -> None:

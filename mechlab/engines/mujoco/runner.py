@@ -12,12 +12,11 @@ import scipy
 from mechlab.clock import costed, move_cost, spent_on
 from mechlab.engines.mujoco.after_run import HeldDrives
 from mechlab.engines.mujoco.control import controlled, engine
-from mechlab.engines.mujoco.drive import Driver, RunModel, engaged, lent_model, put_start
+from mechlab.engines.mujoco.drive import Driver, RunModel, engaged, lent_model, put_start, springs_of
 from mechlab.engines.mujoco.findings import health, masses_finding
 from mechlab.engines.mujoco.plant import MujocoPlant
 from mechlab.engines.mujoco.samples import RunSamples
 from mechlab.engines.mujoco.sparse import sparse_is_right, sparse_steps
-from mechlab.engines.mujoco.springs import spring_dampers
 from mechlab.engines.mujoco.stepping import Grid, advance, grid, sparsely
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.assembly_modes import ModeWatch
@@ -62,9 +61,8 @@ def _run(mechanism: Mechanism, scene: Scene, chosen: Settings, steps: Grid, judg
         raise MechlabError(f"settings are for the engine {chosen.engine!r}, this is the runner of 'mujoco'.")
     if chosen.integrator not in MUJOCO_INTEGRATORS:
         raise unknown("integrator of mujoco", chosen.integrator, MUJOCO_INTEGRATORS)
-    held = engaged(scene.laws)
-    springs = spring_dampers(mechanism, [law for law in scene.laws if law not in held], chosen.integrator == "RK4") or ()
-    if not (held or any(x.stiffness or x.damping for x in springs)):
+    springs = springs_of(mechanism, scene.laws, chosen) or ()
+    if not (engaged(scene.laws) or any(x.stiffness or x.damping for x in springs)):
         springs = ()  # constant loads alone are put there once by the driver
     with lent_model(mechanism, chosen, scene.laws, springs) as lent:
         return _recorded(mechanism, scene, chosen, steps, judged, lent, bool(springs))

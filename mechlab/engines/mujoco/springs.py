@@ -2,8 +2,8 @@
 
     force = constant - stiffness x coordinate - damping x rate
 
-A servo that holds, a motor, a viscous load. In a model of a run's own they become stiffness and damping of joints and of the tendons
-of shafts, and a constant applied force: the engine evaluates them at every stage. RK4 takes damping explicitly, other methods of the
+A servo that holds, a motor, a viscous load. In a model of a run's own they become springs and dampers of joints and of the tendons
+of shafts, or a constant applied force: the engine evaluates them at every stage. RK4 takes damping explicitly, other methods of the
 engine do not: there they stay laws.
 """
 
@@ -34,6 +34,11 @@ class SpringDamper:
     stiffness: float
     damping: float
 
+    @property
+    def load(self) -> float:
+        """The part of the constant force that is no matter of where a spring is at rest."""
+        return 0.0 if self.stiffness else self.constant
+
 
 def spring_dampers(mechanism: Mechanism, laws: Sequence[Law], rk4: bool) -> tuple[SpringDamper, ...] | None:
     """The laws as springs and dampers; None where one of them is something else, or needs another method than RK4."""
@@ -63,12 +68,12 @@ def _spring_damper(mechanism: Mechanism, on: str, a: Affine) -> SpringDamper | N
 
 
 def put_springs(map_: MujocoMap, springs: Sequence[SpringDamper]) -> Array:
-    """Put stiffness and damping into the model, beside what its joints and tendons have; returns the constant force
-    (engine nv,) that belongs to them."""
+    """Put stiffness and damping into the model, beside what its joints and tendons have, springs at rest where their force is 0; returns
+    the constant force (engine nv,) of what has no stiffness."""
     model, m = map_.model, map_.mechanism
     force = np.zeros(model.nv)
     for s in springs:
-        force[map_.dof] += s.constant * m.row(s.on)
+        force[map_.dof] += s.load * m.row(s.on)
         if not (s.stiffness or s.damping):
             continue
         if s.on in map_.tendons:
@@ -85,6 +90,6 @@ def put_springs(map_: MujocoMap, springs: Sequence[SpringDamper]) -> Array:
 
 
 def _together(stiffness: float, rest: float, s: SpringDamper) -> tuple[float, float]:
-    """Stiffness and rest of two springs side by side, the second one at rest at coordinate 0."""
+    """Stiffness and rest of two springs side by side."""
     both = float(stiffness) + s.stiffness
-    return both, float(stiffness) * float(rest) / both if both else float(rest)
+    return both, (float(stiffness) * float(rest) + (s.constant - s.load)) / both if both else float(rest)

@@ -13,11 +13,11 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import controlled, engine
-from mechlab.engines.mujoco.drive import Driver, RunModel, engaged, put_start, run_model, tunable_model
+from mechlab.engines.mujoco.drive import Driver, RunModel, engaged, put_start, run_model, springs_of, tunable_model
 from mechlab.engines.mujoco.model import MujocoMap, Tuning
 from mechlab.engines.mujoco.plant import MujocoPlant
 from mechlab.engines.mujoco.sparse import sparse_is_right, sparse_steps
-from mechlab.engines.mujoco.springs import SpringDamper, put_springs, spring_dampers
+from mechlab.engines.mujoco.springs import SpringDamper, put_springs
 from mechlab.engines.mujoco.stepping import INTEGRATION_STATE, UNSOLVED
 from mechlab.engines.state import RATE_LIMIT
 from mechlab.experiment.laws import Law
@@ -66,7 +66,7 @@ class Steps:
         self.each = max(1, round(between / settings.timestep))
         self.timestep = between / self.each
         self.price = MUJOCO.of(mechanism) * (4.0 if settings.integrator == "RK4" else 1.0)
-        springs = None if mechanism.curves else spring_dampers(mechanism, _called(scene), settings.integrator == "RK4")
+        springs = None if mechanism.curves else springs_of(mechanism, scene.laws, settings)
         constant: Array | None = None
         self._settings = settings
         self._tuning: Tuning | None = None

@@ -16,7 +16,7 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.acting import acting
 from mechlab.experiment.assembly_modes import mode_signs
 from mechlab.experiment.findings import OPEN_LOOP
-from mechlab.experiment.laws import Constant, Harmonic, Servo, Viscous
+from mechlab.experiment.laws import Constant, FunctionLaw, Harmonic, Motor, Servo, Viscous
 from mechlab.experiment.motion import Hold
 from mechlab.experiment.scene import Scene, Settings, initial_state
 from mechlab.mechanism import Builder, ConstraintSet, Inertia, Mechanism, TreeKinematics, mode_sign, revolute
@@ -73,14 +73,19 @@ def test_servos_that_hold_and_viscous_loads_move_as_in_single_runs_to_rounding(l
     laws = (Servo("crank_angle", Hold(0.3), 20.0, 0.1, feedforward=0.4), Viscous("rocker_angle", 0.05), Constant("crank_angle", 0.2))
     for mechanism, its_laws, rates in (
         (m, laws, {"crank_angle": [0.0, 3.0]}),
-        (geared, (Viscous("carrier", 2e-3), Servo("ring", Hold(0.1), 1.0, 0.01)), {"sun": [1.0, 9.0], "ring": [0.0, 1.0]}),
-    ):
+        (
+            geared, (Viscous("carrier", 2e-3), Servo("ring", Hold(0.1), 1.0, 0.01), Motor("sun", 0.01, 30.0)),
+            {"sun": [1.0, 9.0], "ring": [0.0, 1.0]},
+        ),
+    ):  # fmt: skip
+        # with a law that needs a call the single runs evaluate all of them at every stage
+        called = (*its_laws, FunctionLaw(next(iter(rates)), lambda t, plant: 0.0))
         scene = Scene("held", duration=0.2, laws=its_laws, drives="free")
         asked = motions(mechanism, scene, settings, rates)
         found = roll([asked], grid(0.2, settings.timestep))[0]
         for k in range(2):
             start = {name: x[k] for name, x in rates.items()}
-            one = run(mechanism, replace(scene, initial_rates=start), settings)
+            one = run(mechanism, replace(scene, laws=called, initial_rates=start), settings)
             # the servo starts with 7,500 rad/s2, whose rounding hard rows pass on to the rates
             assert np.abs(found.q[k] - one.q).max() < 2e-12 and np.abs(found.v[k] - one.v).max() < 1e-9
             assert found.reasons[k] == "" and one.health.trusted
