@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares, minimize
 
 from mechlab.analytic import fourbar
+from mechlab.analytic.function_closure import output, output_slopes, side_of
 from mechlab.analytic.path_synthesis.minimax import least_largest
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.progress import counted, silent
@@ -172,29 +173,18 @@ def _parallelograms(task: FunctionTask) -> list[Array]:
     return [np.array([0.5, 1.0, 0.5, first, first])]
 
 
-def _output(x: Array, input_angle: Array, side: Array) -> Array:
-    """Output angles (k, m) of signed bars (k, 5) at input angles (k, m) on the side (k,) of the way from A to D; NaN: not assembled."""
-    a, b, c = (x[:, n, None] for n in range(3))
-    way = 1.0 - a * np.exp(1j * input_angle)
-    square = way.real**2 + way.imag**2
-    along = (square + c * c - b * b) / 2.0
-    with np.errstate(invalid="ignore"):
-        across = side[:, None] * np.sqrt(square * c * c - along * along)
-    # C - D = c e^(i g), seen from D against the way from A
-    return np.angle(way * (-along + 1j * across) / square / c)
-
-
-def _side(x: Array, input_angle: Array, output: Array) -> Array:
-    """Side (k,) on which C lies, of the way from A to D, at these angles (k,)."""
-    way = 1.0 - x[:, 0] * np.exp(1j * input_angle)
-    return np.where(np.imag(np.conj(way) * x[:, 2] * np.exp(1j * output)) >= 0.0, 1.0, -1.0)
-
-
 def _errors(task: FunctionTask, x: Array, turned: Array, wanted: Array) -> Array:
     """Errors (k, m) of the output angle on the side of the first point."""
-    side = _side(x, x[:, 3] + task.turned[0], x[:, 4] + task.output[0])
-    found = _output(x, x[:, 3, None] + turned, side)
+    side = side_of(x, x[:, 3] + task.turned[0], x[:, 4] + task.output[0])
+    found = output(x, x[:, 3, None] + turned, side)
     return np.angle(np.exp(1j * (found - x[:, 4, None] - wanted)))
+
+
+def _slopes(task: FunctionTask, x: Array) -> Array:
+    """Derivatives (n, 5) of the errors at the points by a candidate (5,); 0 where it does not assemble."""
+    reached = x[4] + task.output + _errors(task, x[None], task.turned, task.output)[0]
+    out = output_slopes(x, x[3] + task.turned, reached) - np.array([0.0, 0.0, 0.0, 0.0, 1.0])
+    return np.where(np.all(np.isfinite(out), axis=1)[:, None], out, 0.0)
 
 
 def _worst(task: FunctionTask, x: Array) -> Array:
@@ -272,16 +262,17 @@ def _least_squares(task: FunctionTask, x: Array) -> Array:
     """More points than unknowns: the least squares of the output angle."""
     moved = _moved(task)
 
+    def row(z: Array) -> Array:
+        out = x.copy()
+        out[moved] = z
+        return out
+
     def gap(z: Array) -> Array:
-        row = x.copy()
-        row[moved] = z
-        error = _errors(task, row[None], task.turned, task.output)[0]
+        error = _errors(task, row(z)[None], task.turned, task.output)[0]
         return np.where(np.isfinite(error), error, 1.0)
 
-    found = least_squares(gap, x[moved], xtol=1e-14, ftol=1e-14, gtol=1e-14, max_nfev=60)
-    row = x.copy()
-    row[moved] = found.x
-    return row
+    found = least_squares(gap, x[moved], lambda z: _slopes(task, row(z))[:, moved], xtol=1e-14, ftol=1e-14, gtol=1e-14, max_nfev=60)
+    return row(found.x)
 
 
 def _evened(task: FunctionTask, x: Array) -> Array:
@@ -315,9 +306,9 @@ def _fourbar(task: FunctionTask, x: Array) -> FunctionFourbar | None:
     errors = _errors(task, x[None], task.turned, task.output)[0]
     over = _errors(task, x[None], task.range, task.wanted(task.range))[0] if task.wanted else np.array([np.nan])
     # the way through the points on one side of the line A - D: the same branch
-    sides = [_side(x[None], f + p, g + q)[0] for p, q in zip(task.turned, task.output + errors, strict=True)]
+    sides = [side_of(x[None], f + p, g + q)[0] for p, q in zip(task.turned, task.output + errors, strict=True)]
     with np.errstate(invalid="ignore"):
-        closes = bool(np.all(np.isfinite(_output(x[None], f + task.range[None], np.array([sides[0]])))))
+        closes = bool(np.all(np.isfinite(output(x[None], f + task.range[None], np.array([sides[0]])))))
     exact = len(task.turned) <= task.unknowns
     jumps = not closes or np.any(~np.isfinite(errors)) or (exact and float(np.max(np.abs(errors))) > 1e-6)
     turn = np.pi * (np.array([a, c]) < 0.0)

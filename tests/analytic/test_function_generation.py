@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from mechlab import catalog
+from mechlab.analytic import function_generation
 from mechlab.analytic.function_generation import FunctionFourbar, FunctionTask, chebyshev_points, function_fourbars
 from mechlab.catalog import freudenstein
 from mechlab.kit.compass import at, meet
@@ -62,6 +63,15 @@ def test_functions_of_the_textbooks_are_met_at_their_points(name: str, count: in
     assert max(map(abs, errors)) < (1e-9 if count <= 5 else math.radians(0.3))
     np.testing.assert_allclose(errors, best.errors, atol=1e-9)
     assert largest(best, task) == pytest.approx(best.range_error, rel=0.02, abs=1e-7) and best.range_error < math.radians(0.3)
+
+
+def test_slopes_of_the_errors_are_those_of_differences() -> None:
+    task = task_of(np.log10, 1.0, 2.0, 9, 0.7, 0.5)
+    for row in np.array([[0.45, 1.1, 0.6, 1.2, 2.0], [-0.45, 1.1, -0.6, 1.2, -1.0]]):  # on both sides of the way from A to D
+        ahead, back = (function_generation._errors(task, row + s * 1e-6 * np.eye(5), task.turned, task.output) for s in (1, -1))
+        np.testing.assert_allclose(function_generation._slopes(task, row), (ahead - back).T / 2e-6, atol=1e-8)
+    # too short a coupler: no linkage, nothing to go by
+    assert not np.any(function_generation._slopes(task, np.array([0.45, 0.1, 0.2, 1.2, 2.0])))
 
 
 def test_a_fourbar_is_given_back_by_five_points_of_its_motion() -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.analytic.blocks import FloatArray
-from mechlab.analytic.gear_linkage.linkage import GearLinkage, angles, longest_crank, motion, transfer
+from mechlab.analytic.gear_linkage.linkage import GearLinkage, LinkageMotion, angles, longest_crank, motion, transfer
 from mechlab.analytic.roots import brentq
 from mechlab.errors import MechlabError, NoSolution, unknown
 
@@ -44,7 +44,10 @@ def reduced_inertia(g: GearLinkage, masses: LinkageMasses, crank_angle: ArrayLik
     a crank rate of 1.
     """
     phi = np.asarray(crank_angle, dtype=float)
-    x = motion(g, phi)
+    return _reduced(g, masses, phi, motion(g, phi))
+
+
+def _reduced(g: GearLinkage, masses: LinkageMasses, phi: FloatArray, x: LinkageMotion) -> tuple[FloatArray, FloatArray]:
     ra, rc, rd = g.radii
     (ma, ja), (mc, jc), (_, jd) = masses.disc(ra), masses.disc(rc), masses.disc(rd)
     m1, m2, m3 = (masses.per_length * length for length in (g.crank, g.coupler, g.rocker))
@@ -74,11 +77,15 @@ def reduced_inertia(g: GearLinkage, masses: LinkageMasses, crank_angle: ArrayLik
 
 
 def acceleration(
-    g: GearLinkage, masses: LinkageMasses, crank_angle: ArrayLike, crank_rate: ArrayLike, torque: ArrayLike = 0.0
+    g: GearLinkage, masses: LinkageMasses, crank_angle: ArrayLike, crank_rate: ArrayLike, torque: ArrayLike = 0.0, drag: float = 0.0
 ) -> FloatArray:
-    """Crank acceleration [rad/s2] under a torque on the crank [N m]: J a + dJ/dphi w^2 / 2 = torque (Eksergian 1930)."""
-    inertia, slope = reduced_inertia(g, masses, crank_angle)
-    return np.asarray((np.asarray(torque, dtype=float) - 0.5 * slope * np.asarray(crank_rate) ** 2) / inertia)
+    """Crank acceleration [rad/s2] under a torque on the crank [N m] and a drag on the output [N m s/rad]:
+    J a + dJ/dphi w^2 / 2 = torque - drag w_out^2 w, w_out for a crank rate of 1 (Eksergian 1930)."""
+    phi, w = np.asarray(crank_angle, dtype=float), np.asarray(crank_rate, dtype=float)
+    x = motion(g, phi)
+    inertia, slope = _reduced(g, masses, phi, x)
+    braked = np.asarray(torque, dtype=float) - drag * w * x.output_rate**2
+    return np.asarray((braked - 0.5 * slope * w**2) / inertia)
 
 
 def _along(angle: FloatArray) -> FloatArray:

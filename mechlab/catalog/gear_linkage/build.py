@@ -266,10 +266,10 @@ def reference(p: Parameters, scene: Scene, method: str = "DOP853", tolerance: fl
     m = build(p, "minimal")
     drag = sum(law.coefficient for law in scene.laws if isinstance(law, Viscous))
 
+    g, masses = p.linkage, p.masses
+
     def acceleration(phi: float, w: float, torque: float) -> float:
-        if drag:
-            torque -= drag * w * float(closed_form.rate(p.linkage, phi)) ** 2
-        return float(closed_form.acceleration(p.linkage, p.masses, phi, w, torque))
+        return float(closed_form.acceleration(g, masses, phi, w, torque, drag))
 
     slope = one_freedom_slope(m, scene, "crank_angle", acceleration)
     start = np.array([scene.initial["crank_angle"], scene.initial_rates["crank_angle"]])
