@@ -19,6 +19,7 @@ from mechlab.lab.accuracy.convergence import error_of_steps, error_of_tolerances
 from mechlab.lab.accuracy.dense import DenseStates, between_nodes, dense_states, meets_range
 from mechlab.lab.accuracy.even_run import EvenRun
 from mechlab.lab.accuracy.measure import ErrorMeasure, largest
+from mechlab.lab.accuracy.next_step import FINE, RATIOS, first_step, next_tolerance, ratio_enough, shorter_step
 from mechlab.lab.accuracy.result import NeighbourMotion
 from mechlab.lab.accuracy.rules import EPSILON, EXTRAPOLATED, LOOPS_HOPED, LOOPS_ORDER, RULES, MethodRule
 from mechlab.lab.methods import Method, Problem, has_kinks
@@ -29,9 +30,6 @@ CAPTURE_SHARE = 0.5
 TOLERANCE_SHARE = 2.0
 """Error of a channel over its change between a tolerance and a tenth of it, at most: LSODA's may fall by a third alone (flyball over
 0.5 s from 1e-8 to 1e-9)."""
-FINE, RATIOS = 1e-4, (1.25, 1.6, 2.0)
-"""Errors below FINE [m or rad] are approached by halving the step. Above, the next step is the longest of the last one over these ratios
-that is expected to meet the error."""
 PATIENCE = 2.0
 """A run is stopped when it takes so many times the work that was expected of it, while other methods may be cheaper; it may be made
 again, with twice as much."""
@@ -137,20 +135,20 @@ class RefinedMethod:
 
     @property
     def _expected_next(self) -> float:
-        if not self.traces:
-            value = self._next()
-            if value is None:
-                return math.inf
-            count = self.problem.scene.duration / value if self.rule.control == "step" else self.problem.outputs
-            return count * self.expected_work
-        return self.work * self._growth
+        if self.traces:
+            return self.work * self._growth
+        value = self._next()
+        if value is None:
+            return math.inf
+        count = self.problem.scene.duration / value if self.rule.control == "step" else self.problem.outputs
+        return count * self.expected_work
 
     @property
     def _growth(self) -> float:
         """Work of the next run over that of the last."""
         if self.rule.control == "tolerance":
             return 1.6
-        return self.values[-1] / self._shorter() if self.traces else self._ratio
+        return self.values[-1] / (self._next() or math.nan) if self.traces else self._ratio
 
     @property
     def cost_to_target(self) -> float:
@@ -322,46 +320,25 @@ class RefinedMethod:
             self.ended = why
 
     def _next(self) -> float | None:
+        """The step [s] or tolerance of the next run; None where there is none."""
         if self.rule.control == "tolerance":
-            return self._next_tolerance()
-        between = self.problem.scene.duration / self.problem.outputs
+            return next_tolerance(self.rule, self.target, self.values[-1] if self.values else None)
+        p = self.problem
         if self.values:
-            return self._shorter()
-        first = between * (1 if self.rule.extrapolated else self.longest)
-        if self.rule.stable and self.fastest > 0.0:
-            first = min(first, self.rule.stable / self.fastest)
-        return between / 2 ** math.ceil(math.log2(between / first) - 1e-9)
+            return shorter_step(self.values[-1], self._ratio, p.scene.duration, p.outputs)
+        longest = 1 if self.rule.extrapolated else self.longest
+        return first_step(p.scene.duration / p.outputs, longest, self.rule.stable, self.fastest)
 
     @property
     def _ratio(self) -> float:
         """The last step over the next one, about."""
         m = self.problem.mechanism
         if self.target < FINE or self.rule.extrapolated or has_kinks(self.problem.scene) or m.nq != m.nv:
-            return 2.0
+            return RATIOS[-1]
         if len(self.runs) < 2:
             # a step that had to be short for other reasons than the error is near enough
-            return RATIOS[0] if self.rule.least and self.runs else 2.0
-        before = self._steps[-2] / self._steps[-1]
-        order = self.rule.order if len(self.runs) == 2 else seen_order(self.changes, self._steps, self.rule.order)
-        left = self.changes[-1] / (before**order - 1.0)
-        enough = (r for r in RATIOS if RULES.safety * left * (1.0 - r**-order) / (r - 1.0) <= self.target)
-        return next(enough, 2.0)
-
-    def _shorter(self) -> float:
-        """The next step [s] after the last one: it divides the duration into an even number of parts, or the distance of the outputs."""
-        duration, outputs = self.problem.scene.duration, self.problem.outputs
-        count = self._ratio * duration / self.values[-1] - 1e-6
-        return duration / (2 * math.ceil(0.5 * count) if count <= outputs else outputs * math.ceil(count / outputs))
-
-    def _next_tolerance(self) -> float | None:
-        factor, power = self.rule.error_left
-        if not factor:
-            left = [x for x in RULES.tolerances if not self.values or x < self.values[-1]]
-            return left[0] if left else None
-        first, last = RULES.tolerances[0], RULES.sharpest
-        start = min(max((self.target / factor) ** (1.0 / power), 10.0 * last), first)
-        value = 0.1 * self.values[-1] if self.values else start
-        return value if value > 0.5 * last else None
+            return RATIOS[0] if self.rule.least and self.runs else RATIOS[-1]
+        return ratio_enough(self.changes, self._steps, self.rule.order, self.target)
 
     def _combine(self, trace: Trace) -> None:
         row = [(trace.q, trace.v)]
