@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from mechlab import api
+from mechlab.errors import NoSolution
 from mechlab.experiment.recording import Trace
 from mechlab.integrate import count_work
-from mechlab.lab.methods import METHODS, Problem, method
+from mechlab.lab.methods import METHODS, Method, Problem, method
 from mechlab.studies.chart.advice import is_flat, recommend
 from mechlab.studies.chart.data import ChartPoint, pareto
 from mechlab.studies.chart.run import Budget, chart, refine
@@ -37,6 +38,23 @@ def test_a_scene_without_a_closed_form_is_held_against_pinocchio() -> None:
     run = method("MuJoCo RK4, hard").run(problem, 2.5e-4)
     # softness of the loops at 2.5e-4 s: some micrometres
     assert score(problem, truth, run).error < 1e-4
+
+
+def test_a_reference_that_loses_energy_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A linkage in free fall whose run is slower by a thousandth from the middle on, as where tight steps meet a flat pose."""
+    lived = api.load("watt").for_scene("free-run")
+    problem = Problem(lived, lived.scene("free-run", None, 0.2), 50)
+    assert reference_of(problem).own_error < 1e-6
+    run = Method.run
+
+    def slowed(self: Method, at: Problem, value: float) -> Trace:
+        found = run(self, at, value)
+        found.v[25:] *= 0.999
+        return found
+
+    monkeypatch.setattr(Method, "run", slowed)
+    with pytest.raises(NoSolution, match="no account of 0.00"):
+        reference_of(problem)
 
 
 def test_pareto_and_recommendation() -> None:
