@@ -67,7 +67,7 @@ class Alone:
 
     def recordings(self, problem: Problem) -> list[Recording]:
         """Its recordings: none where no engine makes one, two where it extrapolates from two runs."""
-        if self.method.engine not in ("mujoco", "pinocchio"):
+        if self.method.engine not in ("mujoco", "pinocchio") or self.method.integrator == "LSODA":
             return []
         values = (self.value, 0.5 * self.value) if self.method.constraints == "extrapolated" else (self.value,)
         return [engine_run(problem.design, problem.scene, self.method.settings(x)) for x in values]

@@ -46,9 +46,9 @@ next error, which is of first order in it, shall be."""
 EVERY, EVERY_ONE = 4, 16
 """The runs compared with are recorded at every EVERYth output, and at the first ones, where motions start that die away at once, and the
 last, where what is interpolated has no further neighbour."""
-SLOWER = 1.5
-"""Factor on the errors of channels: one that is not tracked may converge more slowly than those that are. Without it one of 2,500 channels
-of the campaign `tests.benchmarks.stated_forty` was stated at .86 of its error."""
+SLOWER = 2.0
+"""Factor on the errors of channels: one that is not tracked may converge more slowly than those that are. Without it 3 of the channels of
+100 scenes of the campaign `tests.benchmarks.stated_forty` were stated at .55 to .96 of their errors."""
 FINER = 0.1
 """Share of the error asked for that is asked for where the energy of a run does not balance."""
 STATES_SUFFICE = frozenset({"poses", "drive_forces"})
