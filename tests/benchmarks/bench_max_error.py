@@ -104,9 +104,11 @@ def runs_of(m: Method, problem: Problem, truth: Reference) -> Iterator[tuple[flo
             return
 
 
-def cheapest(problem: Problem, truth: Reference, targets: tuple[float, ...]) -> dict[float, Alone]:
-    """Target -> the cheapest method of the chart that can be known to meet it: see `known_to_meet`."""
+def cheapest(problem: Problem, truth: Reference, targets: tuple[float, ...]) -> tuple[dict[float, Alone], dict[float, tuple[str, float]]]:
+    """Target -> the cheapest method of the chart that can be known to meet it: see `known_to_meet`; and the name and CPU seconds of the
+    one whose recording costs least, of those that step for less than FURTHER times as much."""
     found: dict[float, Alone] = {}
+    known: dict[float, list[Alone]] = {t: [] for t in targets}
     for m in METHODS:
         if m.available(problem):
             continue
@@ -127,9 +129,12 @@ def cheapest(problem: Problem, truth: Reference, targets: tuple[float, ...]) -> 
                 break
         for t in targets:
             one = known_to_meet(row, t)
+            known[t] += [] if one is None else [one]
             if one is not None and (t not in found or one.stepping < found[t].stepping):
                 found[t] = one
-    return found
+    recorded = {t: [(x.recorded(problem), x.name) for x in known[t] if x.stepping < FURTHER * found[t].stepping] for t in found}
+    least = {t: min((x for x in costs if x[0] > 0.0), default=None) for t, costs in recorded.items()}
+    return found, {t: (x[1], x[0]) for t, x in least.items() if x is not None}
 
 
 def known_to_meet(row: list[tuple[float, Alone]], target: float, so_far: bool = False) -> Alone | None:
@@ -142,7 +147,9 @@ def known_to_meet(row: list[tuple[float, Alone]], target: float, so_far: bool = 
     return met if so_far or met is None or row[-1][0] <= max(CONVERGED * target, RESOLVED) else None
 
 
-def measured(name: str, problem: Problem, truth: Reference, target: float, alone: Alone | None, **asked: Any) -> Iterator[Row]:
+def measured(
+    name: str, problem: Problem, truth: Reference, target: float, alone: Alone | None, recorded: tuple[str, float] | None, **asked: Any
+) -> Iterator[Row]:  # fmt: skip
     """The rows of one problem and target."""
     best = None
     for _ in range(REPEATS + 1):
@@ -158,12 +165,12 @@ def measured(name: str, problem: Problem, truth: Reference, target: float, alone
     label = f"{name} {target:.0e}"
     yield Row(f"{label}: true error", error, "m or rad", "target", target, "ratio <= 1")
     yield Row(f"{label}: stated error", stated, "m or rad", "true error", error, "ratio >= 1" if error > RESOLVED else "")
-    beside, whole, stepping, recorded = f"{alone.name}, converging" if alone else "no method of the chart", math.nan, math.nan, math.nan
+    beside, whole, stepping = f"{alone.name}, converging" if alone else "no method of the chart", math.nan, math.nan
     if alone:
-        whole, stepping, recorded = alone.whole, alone.stepping, alone.recorded(problem)
-    if recorded > 0.0:
-        yield Row(f"{label}: whole run", spent, "s", f"{beside}, recorded", recorded, "ratio <= 3")
-    yield Row(f"{label}: whole run", spent, "s", f"{beside}, bare states", whole, "" if recorded > 0.0 else "ratio <= 3")
+        whole, stepping = alone.whole, alone.stepping
+    if recorded:
+        yield Row(f"{label}: whole run", spent, "s", f"{recorded[0]}, converging, recorded", recorded[1], "ratio <= 3")
+    yield Row(f"{label}: whole run", spent, "s", f"{beside}, bare states", whole, "" if recorded else "ratio <= 3")
     yield Row(f"{label}: choosing and solving", run.cost.cpu_s, "s", f"{beside}, stepping", stepping, "ratio <= 3")
     yield Row(f"{label}: exit code", float(run.exit_code), "", asked="value <= 0")
 
@@ -173,9 +180,9 @@ def of_benchmark(name: str, parameters: dict[str, Any]) -> Iterator[Row]:
     design = ml.load(name, **parameters).for_scene(None)
     problem = Problem(design, design.scene(), OUTPUTS)
     truth = reference_of(problem)
-    alone = cheapest(problem, truth, TARGETS)
+    alone, recorded = cheapest(problem, truth, TARGETS)
     for target in TARGETS:
-        yield from measured(name, problem, truth, target, alone.get(target))
+        yield from measured(name, problem, truth, target, alone.get(target), recorded.get(target))
 
 
 def of_scene(name: str, scene: str, duration: float | None, fidelity: str | None, target: float) -> Iterator[Row]:
@@ -183,9 +190,10 @@ def of_scene(name: str, scene: str, duration: float | None, fidelity: str | None
     design = ml.load(name).for_scene(scene)
     problem = Problem(design, design.scene(scene, fidelity, duration), OUTPUTS)
     truth = reference_of(problem)
-    alone = cheapest(problem, truth, (target,))
+    alone, recorded = cheapest(problem, truth, (target,))
     label = f"{name} {scene}{f' {fidelity}' if fidelity else ''}"
-    yield from measured(label, problem, truth, target, alone.get(target), scene=scene, duration=duration, fidelity=fidelity)
+    asked: dict[str, Any] = {"scene": scene, "duration": duration, "fidelity": fidelity}
+    yield from measured(label, problem, truth, target, alone.get(target), recorded.get(target), **asked)
 
 
 def every(only: tuple[str, ...] = ()) -> Iterator[Row]:

@@ -14,9 +14,9 @@ from mechlab.lab.accuracy.dense import dense_states
 from mechlab.lab.accuracy.result import NeighbourMotion
 from mechlab.lab.accuracy.solve import solve_to
 from mechlab.lab.fastest_rate import command_rate, fastest_rate
-from mechlab.lab.methods import Problem
+from mechlab.lab.methods import Problem, method
 from mechlab.mechanism import Builder, ConstraintSet, Inertia, TreeKinematics, revolute
-from mechlab.studies.chart.score import reference_of, tracked
+from mechlab.studies.chart.score import tracked, tracked_names
 
 SHARP = Settings("pinocchio", "DOP853", tolerance=1e-11, preset="sharp")
 
@@ -154,9 +154,9 @@ def test_two_methods_that_end_far_apart_are_no_answer() -> None:
     plan = design.scene("free-run", "minimal", 1.0)
     run = ml.simulate(design, scene="free-run", fidelity="minimal", duration=1.0, max_error=1e-4)
     problem = Problem(design, plan, 100)
-    truth = reference_of(problem)
+    names, sharp = tracked_names(problem), method("Pinocchio DOP853").run(problem, 1e-12)  # it loses half of its energy there
     at = np.clip(np.searchsorted(run.t, np.linspace(0.0, 1.0, 101) * (1.0 - 1e-12)), 0, len(run.t) - 1)
-    error = np.max(np.abs(tracked(problem, truth.names, run.q[at], run.v[at]) - truth.values))
+    error = np.max(np.abs(tracked(problem, names, run.q[at], run.v[at]) - tracked(problem, names, sharp.q, sharp.v)))
     finding = run.health.finding("max_error")
     assert error > 0.01
     # how far the two methods part hangs on last bits; that no error is stated does not
