@@ -36,7 +36,7 @@ BETWEEN = 0.125
 """Error of interpolation between the states, over its change when every second state is left out."""
 SOFTENED = 1e-9
 """Share of the largest element of J J^T added to its diagonal: redundant rows leave it regular."""
-CLOSINGS, SETTLED = 4, 1e-8
+CLOSINGS, SETTLED = 4, 1e-6
 """Most steps of closing, and the gap [m, rad] from which a step, whose error is of second order, is the last: the Jacobian of that pose
 serves the rates too."""
 OF_VALUES_AND_RATES = frozenset(
