@@ -7,7 +7,7 @@ alone, each beside the cheapest method of the chart that meets the target when i
 ladder, at this and at every smaller step, with an error that goes on falling: its whole call to a recording, as ours is (where an
 engine makes one; nothing is estimated or checked), that to bare states at 101 times, and its stepping. (One that meets the target at a
 single step, or whose error stays as it is, is right by chance: without the truth nobody could choose it; nor one whose recording its own
-health record refuses, as a loop that opens.) Each is the smallest of some runs, without imports.
+health record refuses, as a loop that opens.) Each is the smallest of TURNS runs that are made in turn, without imports.
 """
 
 from __future__ import annotations
@@ -39,7 +39,8 @@ DRIVEN: tuple[tuple[str, str, float | None, str | None, float], ...] = (
     ("closed_differential", "internal-drag", 1.0, None, 1e-3), ("delta6", "head-tracking", 0.3, None, 1e-3),
     ("delta6", "head-tracking", 0.3, "full", 1e-3), ("prosthetic_leg", "stance-drop", None, None, 1e-3),
 )  # fmt: skip
-REPEATS = 2
+REPEATS, TURNS = 2, 5
+"""How often a run of a ladder is made, and the chosen one, its recording and ours, in turn."""
 OUTPUTS = 100
 DEAREST = 0.5
 """A method is refined no further once a run takes so many CPU seconds."""
@@ -72,10 +73,10 @@ class Alone:
         values = (self.value, 0.5 * self.value) if self.method.constraints == "extrapolated" else (self.value,)
         return [engine_run(problem.design, problem.scene, self.method.settings(x)) for x in values]
 
-    def recorded(self, problem: Problem) -> float:
+    def recorded(self, problem: Problem, times: int = REPEATS) -> float:
         """CPU seconds of the whole call to a recording with channels and health, without imports; NaN where no engine makes one."""
         found = []
-        for _ in range(REPEATS + 1):
+        for _ in range(times):
             began = time.process_time()
             made = self.recordings(problem)
             found.append(time.process_time() - began)
@@ -104,9 +105,9 @@ def runs_of(m: Method, problem: Problem, truth: Reference) -> Iterator[tuple[flo
             return
 
 
-def cheapest(problem: Problem, truth: Reference, targets: tuple[float, ...]) -> tuple[dict[float, Alone], dict[float, tuple[str, float]]]:
-    """Target -> the cheapest method of the chart that can be known to meet it: see `known_to_meet`; and the name and CPU seconds of the
-    one whose recording costs least, of those that step for less than FURTHER times as much."""
+def cheapest(problem: Problem, truth: Reference, targets: tuple[float, ...]) -> tuple[dict[float, Alone], dict[float, tuple[Alone, float]]]:
+    """Target -> the cheapest method of the chart that can be known to meet it (`known_to_meet`); and the one, with its CPU seconds, whose
+    recording costs least, of those that step for less than FURTHER times as much."""
     found: dict[float, Alone] = {}
     known: dict[float, list[Alone]] = {t: [] for t in targets}
     for m in METHODS:
@@ -132,9 +133,12 @@ def cheapest(problem: Problem, truth: Reference, targets: tuple[float, ...]) -> 
             known[t] += [] if one is None else [one]
             if one is not None and (t not in found or one.stepping < found[t].stepping):
                 found[t] = one
-    recorded = {t: [(x.recorded(problem), x.name) for x in known[t] if x.stepping < FURTHER * found[t].stepping] for t in found}
-    least = {t: min((x for x in costs if x[0] > 0.0), default=None) for t, costs in recorded.items()}
-    return found, {t: (x[1], x[0]) for t, x in least.items() if x is not None}
+    least: dict[float, tuple[Alone, float]] = {}
+    for t in found:
+        costs = [(x, x.recorded(problem)) for x in known[t] if x.stepping < FURTHER * found[t].stepping]
+        if records := [x for x in costs if x[1] > 0.0]:
+            least[t] = min(records, key=lambda x: x[1])
+    return found, least
 
 
 def known_to_meet(row: list[tuple[float, Alone]], target: float, so_far: bool = False) -> Alone | None:
@@ -148,15 +152,21 @@ def known_to_meet(row: list[tuple[float, Alone]], target: float, so_far: bool = 
 
 
 def measured(
-    name: str, problem: Problem, truth: Reference, target: float, alone: Alone | None, recorded: tuple[str, float] | None, **asked: Any
+    name: str, problem: Problem, truth: Reference, target: float, alone: Alone | None, recorded: tuple[Alone, float] | None, **asked: Any
 ) -> Iterator[Row]:  # fmt: skip
     """The rows of one problem and target."""
-    best = None
-    for _ in range(REPEATS + 1):
+    stepping, whole, best = math.inf, math.inf, None
+    for _ in range(TURNS):
         began = time.process_time()
         run = ml.simulate(problem.design, max_error=target, **asked)
         spent = time.process_time() - began
         best = (spent, run) if best is None or spent < best[0] else best
+        if alone:
+            began = time.process_time()
+            stepping = min(stepping, alone.method.run(problem, alone.value).cpu_s)
+            whole = min(whole, time.process_time() - began)
+        if recorded and recorded[1] < DEAREST:
+            recorded = recorded[0], min(recorded[1], recorded[0].recorded(problem, 1))
     assert best is not None
     spent, run = best
     at = np.clip(np.searchsorted(run.t, np.linspace(0.0, run.t[-1], problem.outputs + 1) * (1.0 - 1e-12)), 0, len(run.t) - 1)
@@ -165,11 +175,10 @@ def measured(
     label = f"{name} {target:.0e}"
     yield Row(f"{label}: true error", error, "m or rad", "target", target, "ratio <= 1")
     yield Row(f"{label}: stated error", stated, "m or rad", "true error", error, "ratio >= 1" if error > RESOLVED else "")
-    beside, whole, stepping = f"{alone.name}, converging" if alone else "no method of the chart", math.nan, math.nan
-    if alone:
-        whole, stepping = alone.whole, alone.stepping
+    beside = f"{alone.name}, converging" if alone else "no method of the chart"
+    whole, stepping = (whole, stepping) if alone else (math.nan, math.nan)
     if recorded:
-        yield Row(f"{label}: whole run", spent, "s", f"{recorded[0]}, converging, recorded", recorded[1], "ratio <= 3")
+        yield Row(f"{label}: whole run", spent, "s", f"{recorded[0].name}, converging, recorded", recorded[1], "ratio <= 3")
     yield Row(f"{label}: whole run", spent, "s", f"{beside}, bare states", whole, "" if recorded else "ratio <= 3")
     yield Row(f"{label}: choosing and solving", run.cost.cpu_s, "s", f"{beside}, stepping", stepping, "ratio <= 3")
     yield Row(f"{label}: exit code", float(run.exit_code), "", asked="value <= 0")
