@@ -54,12 +54,11 @@ RESOLVED = 1e-10
 
 @dataclass(frozen=True)
 class Alone:
-    """The cheapest method alone, with step or tolerance: CPU seconds of stepping and of the whole call."""
+    """A method alone, with step or tolerance, and the CPU seconds of its stepping."""
 
     method: Method
     value: float
     stepping: float
-    whole: float
 
     @property
     def name(self) -> str:
@@ -83,8 +82,8 @@ class Alone:
         return min(found) if made else math.nan
 
 
-def runs_of(m: Method, problem: Problem, truth: Reference) -> Iterator[tuple[float, float, float, float]]:
-    """Value, error, CPU seconds of stepping and of the whole call of a method, from coarse to fine."""
+def runs_of(m: Method, problem: Problem, truth: Reference) -> Iterator[tuple[float, float, float]]:
+    """Value, error and CPU seconds of stepping of a method, from coarse to fine."""
     for value in steps(problem) if m.control == "step" else TOLERANCES:
         best = (math.inf, math.inf)
         error = math.inf
@@ -100,7 +99,7 @@ def runs_of(m: Method, problem: Problem, truth: Reference) -> Iterator[tuple[flo
             error = float(np.max(np.abs(tracked(problem, truth.names, trace.q, trace.v) - truth.values)))
             if best[0] > 0.1:
                 break
-        yield value, error, best[1], best[0]
+        yield value, error, best[1]
         if math.isfinite(best[0]) and best[0] > DEAREST:
             return
 
@@ -114,8 +113,8 @@ def cheapest(problem: Problem, truth: Reference, targets: tuple[float, ...]) -> 
         if m.available(problem):
             continue
         row: list[tuple[float, Alone]] = []
-        for value, error, stepping, whole in runs_of(m, problem, truth):
-            alone = Alone(m, value, stepping, whole)
+        for value, error, stepping in runs_of(m, problem, truth):
+            alone = Alone(m, value, stepping)
             row.append((error, alone))
             if not math.isfinite(stepping):
                 continue

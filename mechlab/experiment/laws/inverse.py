@@ -16,22 +16,18 @@ import math
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import qr
 from scipy.linalg.lapack import dgesv
 
 from mechlab.experiment.laws.protocol import Plant
 from mechlab.mechanism.batch_dynamics import ManyEquations
+from mechlab.mechanism.free_directions import AGREE, CONDITION, RANK, independent
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 
-RANK = 1e-9
-"""Pivots below this share of the largest are taken for zero; rows of constraints are of size 1 or of a length in m."""
-AGREE = 1e-10
-"""Relative residual up to which rows that were left out agree with those that were taken: rounding is 1e-13."""
 FALLEN = 1e-3
 """Share of the first determinant above which no pivot is looked at."""
-CONDITION = 1e8
-"""Many states at once: one whose matrices lose more digits than this is left to the solution one by one."""
 TRIES = 10
 """After so many failures in a row the least-squares solution is taken for the rest of the run."""
 
@@ -119,7 +115,7 @@ class _Questions:
 class _Choice:
     """Which of `count` constraint rows are taken, and the matrix S with its constant rows; `loose`: e."""
 
-    def __init__(self, count: int, taken: Array, rows: Array, free: Array, actuation: Array) -> None:
+    def __init__(self, count: int, taken: NDArray[np.intp], rows: Array, free: Array, actuation: Array) -> None:
         k, nv = rows.shape
         m = len(taken)
         self.count, self.m, self.commanded, self.loose = count, m, slice(m, m + k), len(free)
@@ -210,11 +206,7 @@ def _choose(jacobian: Array, rows: Array, actuation: Array) -> _Choice | None:
     """Independent constraint rows, and unit rows for what they and the commanded rows leave free; None where there are none."""
     if not (np.isfinite(jacobian).all() and rows.size):
         return None
-    taken = np.zeros(0, dtype=int)
-    if len(jacobian):
-        triangle, order = qr(jacobian.T, mode="r", pivoting=True)
-        size = np.abs(triangle.diagonal())
-        taken = np.sort(order[: int(np.sum(size > RANK * size.max(initial=1e-300)))])
+    taken, _ = independent(jacobian)
     stacked = np.vstack([jacobian[taken], rows])
     if len(stacked) > stacked.shape[1]:
         return None

@@ -39,7 +39,7 @@ again, with twice as much."""
 class RefinedMethod:
     """The runs of one method so far.
 
-    values: their steps [s] or tolerances; traces: their states; tables: extrapolated states (Richardson); runs: the best of them;
+    values: their steps [s] or tolerances; traces: their states; row: the last states, plain and extrapolated (Richardson); runs: the best;
     changes: of the tracked quantities from each of those to the next. estimate: error of the last run; work, first_work [s]: of the last
     and the first run that got to the end; done [s], cpu_s: of all runs; failures: number of runs that failed; ended: why no sharper run
     can be made; recaptured: the best run once more, with half the time in which held rates are captured. longest: the longest first
@@ -56,7 +56,7 @@ class RefinedMethod:
     target: float
     values: list[float] = field(default_factory=list)
     traces: list[Trace] = field(default_factory=list)
-    tables: list[list[tuple[Array, Array]]] = field(default_factory=list)
+    row: list[tuple[Array, Array]] = field(default_factory=list)
     runs: list[EvenRun] = field(default_factory=list)
     changes: list[float] = field(default_factory=list)
     estimate: float = math.inf
@@ -315,7 +315,7 @@ class RefinedMethod:
     def _note_failure(self, why: str) -> None:
         """Record a failed run: the runs before it no longer count, and too many failures end the refinement."""
         self.failures += 1
-        self.traces, self.tables, self.runs, self.changes, self.estimate = [], [], [], [], math.inf
+        self.traces, self.row, self.runs, self.changes, self.estimate = [], [], [], [], math.inf
         if self.failures > RULES.failures or self.rule.control == "tolerance":
             self.ended = why
 
@@ -342,15 +342,15 @@ class RefinedMethod:
 
     def _combine(self, trace: Trace) -> None:
         row = [(trace.q, trace.v)]
-        if self.rule.extrapolated and self.tables:
-            for j, (q, v) in enumerate(self.tables[-1], start=1):
+        if self.rule.extrapolated:
+            for j, (q, v) in enumerate(self.row, start=1):
                 weight = 1.0 / (2.0**j - 1.0)
                 fine_q, fine_v = row[-1]
                 row.append((fine_q + weight * (fine_q - q), fine_v + weight * (fine_v - v)))
-        self.tables.append(row)
+        self.row = row
 
     def _estimate_error(self) -> None:
-        run = EvenRun.of(self.measure, *self.tables[-1][-1])
+        run = EvenRun.of(self.measure, *self.row[-1])
         self.changes += [run.apart(x, self.measure) for x in self.runs[-1:]]
         self.runs.append(run)
         if self.rule.control == "tolerance":

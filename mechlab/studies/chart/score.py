@@ -149,6 +149,6 @@ def _refuse_lost_energy(problem: Problem, run: Trace) -> None:
     lost = energy_finding(m, t, run.q, run.v, -dissipation(m, run.q, run.v)).value
     if lost > LOST:
         raise NoSolution(
-            f"{problem.design.name}: the reference run has no account of {lost:.2g} of its energy, as past a place where assembly modes "
-            "meet; take a shorter duration."
+            f"{problem.design.name}: there is no reference to compare with: Pinocchio's sharpest run has no account of {lost:.2g} of its "
+            "energy, as past a place where assembly modes meet; take a shorter duration or another scene."
         )
