@@ -95,7 +95,6 @@ def explained(made: T) -> T:
     no_init = isinstance(made, type) and made.__init__ is object.__init__  # type: ignore[misc]
     kind = "__new__" if no_init else "__init__"
     call = getattr(made, kind) if isinstance(made, type) else made
-    signature = inspect.signature(call)
     name = made.__qualname__
 
     @wraps(call)
@@ -105,7 +104,7 @@ def explained(made: T) -> T:
         except ArgumentError:
             raise
         except TypeError as error:
-            if (wrong := _misfit(name, signature, args, keywords)) is None:
+            if (wrong := _misfit(name, inspect.signature(call), args, keywords)) is None:
                 raise
             raise wrong from error
 

@@ -8,15 +8,14 @@ removed by the next one that writes in the same folder. Links are followed; devi
 from __future__ import annotations
 
 import errno
-import hashlib
 import os
+import platform
 import re
-import secrets
 import shutil
-import socket
 import stat
 import tempfile
 import time
+import zlib
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import cache
@@ -173,7 +172,7 @@ def _remove(path: Path) -> None:
 def _name(suffix: str) -> str:
     """A name that nobody else uses and that says who writes."""
     kind = suffix if len(suffix) <= 16 else ""
-    return f".mechlab-{_place()}-{os.getpid()}-{secrets.token_hex(4)}.part{kind}"
+    return f".mechlab-{_place()}-{os.getpid()}-{os.urandom(4).hex()}.part{kind}"
 
 
 @cache
@@ -182,7 +181,7 @@ def _place() -> str:
     namespace = ""
     with suppress(OSError):
         namespace = os.readlink("/proc/self/ns/pid")
-    return hashlib.sha256(f"{socket.gethostname()} {namespace}".encode()).hexdigest()[:8]
+    return f"{zlib.crc32(f'{platform.node()} {namespace}'.encode()):08x}"
 
 
 def _special(path: str | os.PathLike[str]) -> bool:

@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from mechlab.analytic.benchmarks import Squeezer
+from mechlab.analytic.benchmarks.andrews import Squeezer
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.laws import Constant
 from mechlab.experiment.parameters import parameter

@@ -7,8 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from mechlab.analytic.benchmarks import Bricard
-from mechlab.analytic.benchmarks.spatial import AXES, CORNERS
+from mechlab.analytic.benchmarks.spatial import AXES, CORNERS, Bricard
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene

@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from mechlab.analytic.benchmarks import Governor
+from mechlab.analytic.benchmarks.spatial import Governor
 from mechlab.experiment.entry import PlotRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording

@@ -15,7 +15,7 @@ from functools import lru_cache
 from typing import Any
 
 from mechlab.analytic import fourbar as closed_form
-from mechlab.analytic.benchmarks import FourbarCrank
+from mechlab.analytic.benchmarks.planar import FourbarCrank
 from mechlab.experiment.entry import Entry, PlotRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.kit.crank_entry import Crank, CrankPose

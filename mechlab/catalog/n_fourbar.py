@@ -10,7 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from mechlab.analytic.benchmarks import ParallelogramChain
+from mechlab.analytic.benchmarks.planar import ParallelogramChain
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings

@@ -10,7 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from mechlab.analytic.benchmarks import Pendulum
+from mechlab.analytic.benchmarks.planar import Pendulum
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording

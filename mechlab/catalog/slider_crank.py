@@ -10,8 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from mechlab.analytic.benchmarks import SliderCrank
-from mechlab.analytic.benchmarks.planar import Jet
+from mechlab.analytic.benchmarks.planar import Jet, SliderCrank
 from mechlab.experiment.entry import PlotRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording

@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import shlex
 import signal
@@ -60,7 +61,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command and return its exit code. Never raises for what a user can cause."""
     arguments = list(sys.argv[1:] if argv is None else argv)
     if argv is None:
-        _one_thread()
+        _spare()
+        gc.set_threshold(20_000)  # what a command imports and makes lives to its end: seldom looked through for garbage
     call = _Call(arguments[0] if arguments else "", "--json" in arguments)
     try:
         with Signals() as signals:
@@ -73,9 +75,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     return code
 
 
-def _one_thread() -> None:
-    """Before numpy loads: its algebra starts no threads, unless the user says how many. The matrices of mechanisms are small: the
-    threads would burn a tenth of a second of CPU waiting for work."""
+def _spare() -> None:
+    """Before numpy and MuJoCo load. Algebra starts no threads, unless the user says how many: the matrices of mechanisms are small, the
+    threads would burn a tenth of a second of CPU waiting for work. MuJoCo does not look for a library of windows, which takes as long:
+    pictures are drawn without one."""
+    os.environ.setdefault("MUJOCO_GL", "disable")
     if "OMP_NUM_THREADS" not in os.environ:
         for name in algebra_threads.NAMES:
             os.environ.setdefault(name, "1")

@@ -15,28 +15,28 @@ from __future__ import annotations
 from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.clock import spent_on
-from mechlab.engines.motions import KeptMotions, TreeMotions
-from mechlab.engines.state import EngineState, LoopLoads, MotionForces
 from mechlab.errors import EngineMissing, MechlabError, unknown
 from mechlab.experiment.laws import Law, Plant
 from mechlab.experiment.model_file import ModelFile
-from mechlab.experiment.observed import Observed
-from mechlab.experiment.prices import Price
 from mechlab.experiment.recording import Recording, Trace
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.experiment.tree_plant import MassShare, TreePlant
-from mechlab.mechanism.assembly import close
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.many_rows import ManyRows
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.newton import Assembly
-from mechlab.mechanism.warm_start import PoseEquations, TreeEquations
+
+if TYPE_CHECKING:  # what describes a design needs the names of the engines alone
+    from mechlab.engines.motions import KeptMotions
+    from mechlab.engines.state import EngineState, LoopLoads, MotionForces
+    from mechlab.experiment.observed import Observed
+    from mechlab.experiment.prices import Price
+    from mechlab.experiment.tree_plant import MassShare
+    from mechlab.mechanism.newton import Assembly
+    from mechlab.mechanism.warm_start import PoseEquations
 
 
 class StatePlant(Plant, Protocol):
@@ -148,6 +148,8 @@ class Engine:
 
     def state(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike | None = None) -> EngineState:
         """The EngineState at coordinates q (nq,) and rates v (nv,), default 0."""
+        from mechlab.engines.state import EngineState
+
         m, plant = mechanism, self.plant(mechanism)
         q = np.array(q, dtype=float)
         v = np.zeros(m.nv) if v is None else np.array(v, dtype=float)
@@ -218,44 +220,9 @@ class Engine:
         return MechlabError(f"the engine {self.name} {what}.")
 
 
-class NumpyTree(Engine):
-    """The tree of `mechlab.mechanism` itself, as one more implementation of a state. It runs nothing."""
-
-    name = "numpy"
-
-    def plant(self, mechanism: Mechanism) -> TreePlant:
-        """The numpy tree in the reference pose."""
-        return TreePlant(mechanism)
-
-    def assemble(
-        self, mechanism: Mechanism, given: Mapping[str, Any], start: ArrayLike | None = None, steps: int = 10
-    ) -> Assembly:
-        """See `mechlab.mechanism.close`; joints and shafts alone can be given."""
-        return close(mechanism, None if start is None else np.asarray(start, dtype=float), dict(given), steps=steps)
-
-    def pose_equations(self, mechanism: Mechanism, names: tuple[str, ...]) -> PoseEquations:
-        """The equations of the tree."""
-        return TreeEquations(ManyRows(mechanism, names))
-
-    def motions(self, mechanism: Mechanism) -> KeptMotions:
-        """The motions of the tree."""
-        return TreeMotions(mechanism)
-
-    def accelerations(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, force: ArrayLike | None = None) -> Array:
-        """(nv,) by least squares of the constrained equations, rigid rows, without dry friction; (n, nv) of n states."""
-        plant, q, v = TreePlant(mechanism), np.asarray(q, dtype=float), np.asarray(v, dtype=float)
-        force = np.zeros(v.shape) if force is None else np.asarray(force, dtype=float)
-        if q.ndim == 1:
-            return plant.set(q, v).accelerations(force)
-        return np.array([plant.set(*state).accelerations(f) for *state, f in zip(q, v, force, strict=True)])
-
-
-ENGINES = {"numpy": NumpyTree()}
-
-
 _PINOCCHIO = "Pinocchio is not installed; `pip install pin` (there is no wheel for Windows: use WSL)."
 _ADDRESSES: dict[str, tuple[str, str]] = {
-    "numpy": ("protocol", ""),
+    "numpy": ("tree", ""),
     "pinocchio": ("pinocchio.engine", _PINOCCHIO),
     "mujoco": ("mujoco.engine", "mujoco is not installed (mujoco is missing); pip install mujoco."),
     "file": ("mujoco.as_is.engine", "mujoco is not installed (mujoco is missing); pip install mujoco."),

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mechlab.analytic.regions import Region
 from mechlab.errors import MechlabError, explained
-from mechlab.experiment.figure import SourceFigure
 from mechlab.experiment.model_file import ModelFile
 from mechlab.experiment.publication import Publication
 from mechlab.experiment.question import Question
@@ -21,6 +19,10 @@ from mechlab.experiment.scene import Scene
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.values import Range
+
+if TYPE_CHECKING:
+    from mechlab.analytic.regions import Region
+    from mechlab.experiment.figure import SourceFigure
 
 Coordinates = Mapping[str, NDArray[np.float64]]
 

@@ -21,7 +21,6 @@ from mechlab.experiment.scene import Scene, Settings
 from mechlab.kit.checks import by_witnesses, end_of_run, moving_check
 from mechlab.kit.mass_check import State
 from mechlab.kit.own_equations import one_freedom_slope, record_own
-from mechlab.kit.planar_mass import bars_state
 from mechlab.kit.questions import RATES, both_spellings, by_engines, not_assembled, with_orders
 from mechlab.mechanism import Mechanism, Status
 from mechlab.mechanism.geometry import Array
@@ -175,6 +174,8 @@ class Crank:
             start, ranges = self.start(p), self.ranges(p)
             step = 0.3 * min(1.0, ranges[0][1] - start) if ranges else 0.3
             found = [self.pose(p, x, rate, 0.0) for x, rate in ((start, 1.3), (start + step, -0.7))]
+            from mechlab.kit.planar_mass import bars_state  # and the linkages of Assur groups
+
             return [bars_state(f.values, self.ends(p, f), self.bars(p), p.gravity) for f in found]
 
         return moving_check(id, self.build, "minimal", states, from_reference=True)

@@ -7,7 +7,6 @@ from typing import Any
 
 from mechlab.analytic.bspline import BSpline
 from mechlab.errors import MechlabError, unknown
-from mechlab.formats.json_text import parse
 from mechlab.units import UNITS
 
 REQUIRED = ("degree", "knots", "points")
@@ -23,6 +22,8 @@ def read_curve(path: str | Path, coordinates: tuple[int, ...] = ()) -> BSpline:
     The unit applies to the first three coordinates; further ones are angles [rad]. coordinates: allowed numbers of
     coordinates of a point, () for any. Raises MechlabError, naming the file and the error in it.
     """
+    from mechlab.formats.json_text import parse  # and all formats: not before a file is read
+
     file = Path(path)
     try:
         text = file.read_text(encoding="utf-8")

@@ -14,7 +14,6 @@ from mechlab.errors import NoSolution
 from mechlab.experiment.prices import OWN_EQUATIONS
 from mechlab.experiment.recording import Cost, Recording, basic_channels
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.integrate import count_work, integrate_adaptive, integrate_collocated
 from mechlab.mechanism import Mechanism
 
 Array = NDArray[np.float64]
@@ -69,6 +68,7 @@ def record_own(
     absolute tolerance is a tenth of it. method: of `integrate_adaptive`, or COLLOCATION, for which slope takes many states,
     t (k,) and y (k, m), too. Raises NoSolution when the integration does not reach the end.
     """
+    from mechlab.integrate import count_work, integrate_adaptive, integrate_collocated  # not before a run
 
     def counted(t: Any, y: Array) -> Array:
         count_work(OWN_EQUATIONS)

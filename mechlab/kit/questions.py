@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 from mechlab.engines.protocol import WITNESSES
 from mechlab.errors import MechlabError
 from mechlab.experiment.question import Answer, Witness, WitnessInBulk
-from mechlab.kit.witness import at_pose, engine_answers
 from mechlab.mechanism import Mechanism, Status
 from mechlab.mechanism.geometry import Array
 from mechlab.tables import up_to
@@ -62,6 +61,8 @@ def by_engines(
     wanted = tuple(dict.fromkeys(answers.values()))
 
     def ask(engine: str, p: Any, values: Mapping[str, Any], count: int) -> Sequence[Answer]:
+        from mechlab.kit.witness import at_pose, engine_answers  # not before a question is asked
+
         try:
             m = build(p, fidelity)
         except MechlabError as never:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mechlab.analytic import assur
-from mechlab.analytic.benchmarks import FourbarCrank
+from mechlab.analytic.benchmarks.planar import FourbarCrank
 from mechlab.analytic.fourbar import solve as fourbar_motion
 from mechlab.engines.protocol import WITNESSES, engine
 from mechlab.errors import MechlabError, NoSolution

@@ -17,7 +17,6 @@ from mechlab.catalog.delta6.poses import coordinates
 from mechlab.errors import NoSolution
 from mechlab.experiment.question import Answer, Question
 from mechlab.kit.questions import by_name, stacked, together_for_engines
-from mechlab.kit.witness import engine_answers
 from mechlab.mechanism import Status
 from mechlab.mechanism.geometry import Array
 from mechlab.tables import up_to
@@ -133,6 +132,8 @@ def _start(p: Delta6Parameters, centre: Array, angles: Array) -> Array | None:
 
 def _ask(engine: str, p: Delta6Parameters, given: Given, wanted: tuple[str, ...], starts: Sequence[Array | None]) -> list[Answer]:
     """The engine's answers on `full`, in the keys of the questions."""
+    from mechlab.kit.witness import engine_answers  # not before a question is asked
+
     asked = {OF_FRAME.get(k, k): v for k, v in given.items()}
     names = {OF_FRAME.get(k, k): k for k in wanted}
     found = engine_answers(engine, build(p, "full"), asked, list(names), len(starts), starts, steps=1, output="D")

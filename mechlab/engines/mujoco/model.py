@@ -113,7 +113,7 @@ class MujocoMap:
         self.qpos: Indices = np.array(qpos, dtype=int)
         self.dof: Indices = np.array(dof, dtype=int)
         self._square = None if np.array_equal(self.dof, np.arange(model.nv)) else np.ix_(self.dof, self.dof)
-        self.other_dof: Indices = np.setdiff1d(np.arange(model.nv), self.dof)
+        self.other_dof: Indices = np.delete(np.arange(model.nv), self.dof)
         self._mass = np.zeros((model.nv, model.nv))
         self.curves = CurveRows(mechanism, model)
         self._scratch: mujoco.MjData | None = None

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 
 import mujoco
 import numpy as np
-import scipy
 
 from mechlab.clock import costed, move_cost, spent_on
 from mechlab.engines.mujoco.after_run import HeldDrives
@@ -108,6 +107,8 @@ def _recorded(
 
 def versions() -> dict[str, str]:
     """Versions of what a run depends on."""
+    import scipy  # answers of a single pose do without
+
     return {
         "mujoco": mujoco.__version__,
         "numpy": np.__version__,

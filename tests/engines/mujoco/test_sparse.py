@@ -6,7 +6,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import mechlab as ml
-from mechlab.analytic.benchmarks import ParallelogramChain
+from mechlab.analytic.benchmarks.planar import ParallelogramChain
 from mechlab.catalog import entry
 from mechlab.engines.mujoco import runner
 from mechlab.engines.mujoco.closure import constraint_jacobian
