@@ -14,11 +14,12 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from functools import wraps
 from typing import Any, ParamSpec, TypeVar
 
 from mechlab.algebra_threads import one_algebra_thread
+from mechlab.lazy_dataclass import dataclass
 
 P = ParamSpec("P")
 R = TypeVar("R")

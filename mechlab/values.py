@@ -10,11 +10,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, Protocol, SupportsFloat
 
 from mechlab.errors import MechlabError, explained, unknown
+from mechlab.lazy_dataclass import dataclass
 from mechlab.units import UNITS, compact, described
 
 _NUMBER = re.compile(r"([+-]?(?:\d+/\d+|(?:\d+\.?\d*|\.\d+)(?:[eE]([+-]?\d+))?))(.*)", re.ASCII | re.DOTALL)

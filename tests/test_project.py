@@ -15,7 +15,7 @@ PACKAGE = ROOT / "mechlab"
 
 # Top to bottom, as in the design: a room imports only rooms above it.
 ROOMS = (
-    "errors", "algebra_threads", "clock", "files", "processes", "progress", "units", "values", "tables", "results",
+    "lazy_dataclass", "errors", "algebra_threads", "clock", "files", "processes", "progress", "units", "values", "tables", "results",
     "analytic", "integrate", "mechanism", "shapes", "experiment", "formats", "engines", "kit", "catalog", "lab",
     "studies", "viewer", "api", "cli",
 )  # fmt: skip

@@ -11,13 +11,13 @@ Soh, Geometric Design of Linkages, 2011).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

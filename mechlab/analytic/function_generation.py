@@ -16,7 +16,6 @@ The equation, its extension to five unknowns and the spacing are Freudenstein's 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +25,7 @@ from mechlab.analytic import fourbar
 from mechlab.analytic.function_closure import output, output_slopes, side_of
 from mechlab.analytic.path_synthesis.minimax import least_largest
 from mechlab.errors import MechlabError, NoSolution
+from mechlab.lazy_dataclass import dataclass
 from mechlab.progress import counted, silent
 
 Array = NDArray[np.float64]

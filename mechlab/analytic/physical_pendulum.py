@@ -12,12 +12,12 @@ Whittaker, Analytical Dynamics, section 44; functions as in NIST DLMF 22.19(i).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mechlab.errors import NoSolution
+from mechlab.lazy_dataclass import dataclass
 
 Array = NDArray[np.float64]
 SEPARATRIX = 1e-6

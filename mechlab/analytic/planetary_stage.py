@@ -6,12 +6,13 @@ Speeds are absolute, positive in one common sense. Willis: z_s w_s + z_r w_r = (
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import fields
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 
 FloatArray = NDArray[np.float64]
 

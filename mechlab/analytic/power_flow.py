@@ -17,13 +17,13 @@ power).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mechlab.errors import MechlabError, NoSolution
+from mechlab.lazy_dataclass import dataclass
 
 FloatArray = NDArray[np.float64]
 MAX_ENUMERATED = 12  # meshes for which all 2^m sets of senses are tried

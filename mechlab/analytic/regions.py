@@ -15,13 +15,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import reduce
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mechlab.errors import MechlabError, unknown
+from mechlab.lazy_dataclass import dataclass
 
 FloatArray = NDArray[np.float64]
 Operation = Callable[[ArrayLike, ArrayLike], FloatArray]

@@ -6,10 +6,10 @@ absolute, about the common axis. Source: Wolfrom 1912; Mueller 1998, Die Umlaufg
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 
 
 @dataclass(frozen=True)

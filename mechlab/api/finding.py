@@ -7,13 +7,14 @@ import sys
 import tempfile
 import traceback
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, is_dataclass
+from dataclasses import is_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Union
 
 from mechlab.api.arguments import Values, key_values
 from mechlab.api.suggestions import suggesting
 from mechlab.errors import USER_MODULE, LeftOutWarning, MechlabError, described, explained, unknown, warn
+from mechlab.lazy_dataclass import dataclass
 from mechlab.values import Range, Value
 
 if TYPE_CHECKING:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from mechlab.kit.in_world import InWorld
 from mechlab.kit.legs import turned
 from mechlab.kit.short import PlotRecipe, builder_entry, parameter, value_at
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Inertia, Mechanism, revolute
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import cmath
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -18,6 +18,7 @@ from mechlab.kit import benchmark_parts as parts
 from mechlab.kit import mass_check, palette
 from mechlab.kit.checks import moving_check
 from mechlab.kit.own_equations import record_own
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Builder, Mechanism, Placement, Spring, revolute, shape
 from mechlab.mechanism.geometry import Array, axis_rotation
 

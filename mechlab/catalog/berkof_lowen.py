@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from mechlab.kit.compass import meet
 from mechlab.kit.in_world import InWorld
 from mechlab.kit.short import Motion, PlotRecipe, always, builder_entry, parameter
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Inertia, Mechanism, revolute
 
 

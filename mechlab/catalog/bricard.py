@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -16,6 +15,7 @@ from mechlab.kit import benchmark_parts as parts
 from mechlab.kit import mass_check, palette
 from mechlab.kit.checks import moving_check
 from mechlab.kit.own_equations import record_own
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Builder, Mechanism, Placement, revolute, shape
 from mechlab.mechanism.geometry import Array, frame_along
 from mechlab.mechanism.inertia import Inertia

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 from mechlab.analytic.cams import LAWS, PEAKS, rise_and_fall
 from mechlab.kit.palette import BLUE, BRASS, STEEL
 from mechlab.kit.profiles import TURN, cam_curve, in_a_second
 from mechlab.kit.short import Outside, PlotRecipe, builder_entry, parameter
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Builder, Inertia, Mechanism, Placement, prismatic, revolute, shape
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from mechlab.kit.compass import at, meet
 from mechlab.kit.in_world import InWorld
 from mechlab.kit.short import Outside, PlotRecipe, builder_entry, each, parameter
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism
 
 

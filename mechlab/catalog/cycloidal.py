@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from mechlab.kit.palette import BRASS, SLATE
 from mechlab.kit.short import Outside, PlotRecipe, builder_entry, farthest, parameter, ratio
 from mechlab.kit.train import Train
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Inertia, Mechanism, Placement, revolute, shape
 from mechlab.mechanism.parts import Shape
 

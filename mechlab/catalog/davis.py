@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from mechlab.kit.in_world import InWorld
 from mechlab.kit.short import Outside, PlotRecipe, builder_entry, farthest, parameter
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Inertia, Mechanism, prismatic, revolute
 
 

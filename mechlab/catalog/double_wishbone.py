@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import cmath
-from dataclasses import dataclass
 
 from mechlab.kit.compass import at, meet
 from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, parameter, planar_entry, speeds
+from mechlab.lazy_dataclass import dataclass
 
 
 @dataclass(frozen=True)

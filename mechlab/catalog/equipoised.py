@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from mechlab.kit.in_world import InWorld
 from mechlab.kit.short import Outside, PlotRecipe, builder_entry, farthest, parameter
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Inertia, Mechanism, revolute
 from mechlab.mechanism.parts import Spring
 

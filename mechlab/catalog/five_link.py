@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from mechlab.kit.in_world import InWorld
 from mechlab.kit.legs import platform, rod
 from mechlab.kit.short import PlotRecipe, builder_entry, parameter, speeds
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism
 
 WHEEL, RODS = np.array([0.0, 0.75, 0.0]), {

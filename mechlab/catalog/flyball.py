@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -17,6 +16,7 @@ from mechlab.kit import benchmark_parts as parts
 from mechlab.kit import mass_check, palette
 from mechlab.kit.checks import moving_check
 from mechlab.kit.own_equations import COLLOCATION, record_own
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Builder, Mechanism, Placement, Spring, prismatic, revolute, shape
 from mechlab.mechanism.geometry import Array, axis_rotation
 from mechlab.mechanism.inertia import Inertia

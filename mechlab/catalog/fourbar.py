@@ -10,7 +10,6 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -21,6 +20,7 @@ from mechlab.experiment.parameters import parameter
 from mechlab.kit.crank_entry import Crank, CrankPose
 from mechlab.kit.crank_limits import gap_check, limits_check, remark, start_angle
 from mechlab.kit.palette import BLUE, ORANGE, SLATE, TEAL
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Builder, Mechanism, Placement, revolute, shape
 from mechlab.mechanism.geometry import axis_rotation
 

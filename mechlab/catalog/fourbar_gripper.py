@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from mechlab.kit.compass import at, meet
 from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, farthest, parameter, planar_entry
+from mechlab.lazy_dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from mechlab.analytic.geneva import engaged_from, fastest, wheel_law
 from mechlab.kit.palette import BLUE, BRASS
 from mechlab.kit.profiles import geneva_curve, in_a_second
 from mechlab.kit.short import Outside, PlotRecipe, builder_entry, parameter
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Builder, Inertia, Mechanism, Placement, revolute, shape
 
 TURN = 2.0 * math.pi

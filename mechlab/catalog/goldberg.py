@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from mechlab.analytic.bennett import Bar, five_bar, ratio
 from mechlab.kit.in_world import InWorld
 from mechlab.kit.short import Motion, PlotRecipe, always, builder_entry, parameter
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from mechlab.kit.in_world import InWorld
 from mechlab.kit.legs import arm_to, circle, crank, platform, posed, rod, to
 from mechlab.kit.short import PlotRecipe, builder_entry, each, ends, parameter
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism
 
 

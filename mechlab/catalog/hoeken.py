@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, parameter, planar_entry
+from mechlab.lazy_dataclass import dataclass
 
 
 @dataclass(frozen=True)

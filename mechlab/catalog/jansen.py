@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from mechlab.kit.compass import corner, meet
 from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, parameter, planar_entry
+from mechlab.lazy_dataclass import dataclass
 
 A, B, C, D, E, F, G, H, I, J, K, L, M = 38.0, 41.5, 39.3, 40.1, 55.8, 39.4, 36.7, 65.7, 49.0, 50.0, 61.9, 7.8, 15.0
 """Jansen's numbers: places of the pivots A, L; lengths of the bars B to K; crank M."""

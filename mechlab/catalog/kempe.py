@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mechlab.kit.short import Bars, Linkage, PlotRecipe, always, parameter, planar_entry
+from mechlab.lazy_dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from mechlab.kit.compass import corner, meet
 from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, parameter, planar_entry
+from mechlab.lazy_dataclass import dataclass
 
 CRANK, LOW, HIGH = 17.5, complex(-38.8, -12.5), complex(-14.6, 41.9)
 BH, CF, CH, DE, EF, EG, FG, FH = 23.7, 73.4, 38.8, 34.1, 57.7, 111.7, 59.0, 35.2

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from mechlab.errors import MechlabError
 from mechlab.kit.short import Outside, PlotRecipe, builder_entry, parameter, ratio
 from mechlab.kit.train import Train
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism
 
 TABLE = {1: 4.171, 2: 2.340, 3: 1.521, 4: 1.143, 5: 0.867, 6: 0.691}  # ZF 6HP26 as its maker prints them

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, get_args
 
 from mechlab.catalog.table import Motion, Row
 from mechlab.errors import MechlabError, unknown
+from mechlab.lazy_dataclass import dataclass
 from mechlab.results import Shown
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -18,6 +18,7 @@ from mechlab.kit import benchmark_parts as parts
 from mechlab.kit import mass_check, palette
 from mechlab.kit.checks import moving_check
 from mechlab.kit.own_equations import record_own
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Builder, Mechanism, Placement, revolute
 from mechlab.mechanism.geometry import Array
 

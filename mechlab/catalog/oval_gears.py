@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from mechlab.kit.palette import BLUE, BRASS
 from mechlab.kit.profiles import in_a_second, oval_curve, oval_law
 from mechlab.kit.short import Outside, PlotRecipe, builder_entry, farthest, parameter
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Builder, Inertia, Mechanism, revolute, shape
 
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from mechlab.kit.in_world import InWorld
 from mechlab.kit.short import Outside, PlotRecipe, builder_entry, parameter
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism, revolute
 
 GAMMA, K_THETA = 0.8517, 2.65

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from mechlab.catalog import path_fourbar
 from mechlab.kit.compass import at, meet
 from mechlab.kit.short import Linkage, PlotRecipe, parameter, planar_entry, point_at
+from mechlab.lazy_dataclass import dataclass
 
 
 @dataclass(frozen=True)

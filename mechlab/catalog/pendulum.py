@@ -5,7 +5,6 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -20,6 +19,7 @@ from mechlab.kit import palette
 from mechlab.kit.checks import moving_check
 from mechlab.kit.mass_check import State, solid
 from mechlab.kit.own_equations import record_own
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import IDENTITY, Builder, Mechanism, Placement, revolute, shape
 from mechlab.mechanism.geometry import Array, axis_rotation
 from mechlab.mechanism.inertia import Inertia

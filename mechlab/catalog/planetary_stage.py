@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache
 from itertools import combinations
@@ -23,6 +23,7 @@ from mechlab.kit.epicyclic_mass import CentralWheel, moving_carrier, moving_chec
 from mechlab.kit.epicyclic_motion import ConstantTorques, expand_by, speed_questions
 from mechlab.kit.mass_check import State
 from mechlab.kit.palette import BLUE, RED, STEEL
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Builder, Mechanism, Placement, revolute, shape
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.parts import Shape

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import dataclass
 
 from mechlab.kit.compass import corner
 from mechlab.kit.short import Bars, Linkage, Outside, PlotRecipe, parameter, planar_entry
+from mechlab.lazy_dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from mechlab.kit.short import Outside, PlotRecipe, builder_entry, parameter, ratio
 from mechlab.kit.train import Train
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism
 
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import cmath
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from mechlab.kit.compass import meet
 from mechlab.kit.in_world import InWorld
 from mechlab.kit.legs import circle, crank, platform, thirds
 from mechlab.kit.short import PlotRecipe, builder_entry, each, ends, parameter
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism, revolute
 
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import partial
 
 from mechlab.kit.in_world import InWorld, between
 from mechlab.kit.palette import STEEL
 from mechlab.kit.short import PlotRecipe, builder_entry, each, parameter, value_at
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism, prismatic, revolute
 
 

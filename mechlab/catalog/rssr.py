@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import partial
 
 from mechlab.kit.in_world import InWorld
 from mechlab.kit.short import PlotRecipe, builder_entry, parameter, value_at
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism, revolute, spherical
 
 

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from mechlab.kit.short import Outside, PlotRecipe, builder_entry, parameter
 from mechlab.kit.train import Train
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism
 
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from mechlab.analytic.linkage import Linkage
 from mechlab.experiment.entry import Entry, PlotRecipe
 from mechlab.experiment.parameters import parameter
 from mechlab.kit.planar_build import Style
 from mechlab.kit.planar_entry import Planar
+from mechlab.lazy_dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import dataclass
 
 from mechlab.kit.compass import at, meet
 from mechlab.kit.short import Bars, Linkage, PlotRecipe, parameter, planar_entry, value_at
+from mechlab.lazy_dataclass import dataclass
 
 CRANK, FRAME, ROCKER, ROD, BACK, THIGH, SHIN = 4.0, complex(11, 8), 5.0, 14.0, complex(-6, 1), 13.0, 10.0
 """Crank; frame pivots left and right; rockers; rods from crank pin to knee and their ends behind the pin; thighs from the knees and shins

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from mechlab.kit.in_world import InWorld
 from mechlab.kit.legs import circle
 from mechlab.kit.short import Outside, PlotRecipe, builder_entry, parameter
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Inertia, Mechanism, Placement, prismatic, revolute, shape
 from mechlab.mechanism.geometry import axis_rotation
 

@@ -5,8 +5,9 @@ A test compares each row with the Entry of its name.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Literal
+
+from mechlab.lazy_dataclass import dataclass
 
 Motion = Literal["planar", "spherical", "spatial"]
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from mechlab.kit.in_world import InWorld
 from mechlab.kit.short import Motion, PlotRecipe, alike, builder_entry, parameter, value_at
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism, revolute
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from mechlab.kit.in_world import InWorld
 from mechlab.kit.short import PlotRecipe, builder_entry, parameter, value_at
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Inertia, Mechanism, prismatic, revolute, shape
 
 G, THICK = 9.81, 0.05  # gravity [m/s2]; thickness of the rods over their length

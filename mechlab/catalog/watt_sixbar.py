@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import dataclass
 from functools import partial
 
 from mechlab.kit.compass import at, meet
 from mechlab.kit.short import Bars, Linkage, PlotRecipe, parameter, planar_entry, value_at
+from mechlab.lazy_dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any
@@ -22,6 +21,7 @@ from mechlab.kit.epicyclic_motion import ConstantTorques
 from mechlab.kit.mass_check import State
 from mechlab.kit.palette import BLUE, GREEN, RED, STEEL
 from mechlab.kit.witness import engine_answer
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Builder, Mechanism, Placement, revolute, shape
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.parts import Color, Shape

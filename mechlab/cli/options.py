@@ -11,7 +11,6 @@ import builtins
 import inspect
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from types import UnionType
 from typing import Annotated, Any, Literal, NoReturn, Union, get_args, get_origin
@@ -21,6 +20,7 @@ from mechlab.cli.examples import EXAMPLES
 from mechlab.cli.output import write
 from mechlab.cli.verbs import NOT_OPTIONS, Verb
 from mechlab.errors import UsageError, unknown
+from mechlab.lazy_dataclass import dataclass
 from mechlab.values import Range, Written, parse_number
 
 SUBJECTS = ("source", "sources", "task", "kind", "data", "values")

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import Any
 
@@ -26,6 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 from mechlab.engines.motions import Motions
 from mechlab.engines.protocol import Engine, engine
 from mechlab.errors import MechlabError, NoSolution, unknown
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.closing import CLOSED, ManyClosed, close_many
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.length_unit import coordinate_units, in_unit_of_length, is_length

@@ -10,12 +10,13 @@ and solved together; where they contradict each other (a singular pose) the pose
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.many_motion import ManyMotion, rows_of
 from mechlab.mechanism.many_poses import ManyPoses

@@ -7,10 +7,10 @@ All vectors are in world axes. A wrench (6,) is a force [N], then a moment [N m]
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism

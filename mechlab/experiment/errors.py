@@ -15,12 +15,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from mechlab.experiment.recording import Finding, Health, Recording
 from mechlab.experiment.scene import Settings
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 
 SLACK = 0.5

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,7 @@ from numpy.typing import ArrayLike
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.publication import Publication
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 
 STYLES = ("solid", "thick", "thin", "dashed", "dotted", "dots", "crosses", "rings")

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from itertools import product
 from typing import Any, ClassVar
@@ -17,6 +17,7 @@ from mechlab.experiment.laws import Law, Plant, register
 from mechlab.experiment.laws.formula import Affine, Formula
 from mechlab.experiment.recording import Finding
 from mechlab.experiment.scene import Settings
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 

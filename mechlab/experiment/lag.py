@@ -8,7 +8,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,6 +16,7 @@ from mechlab.experiment.laws import ComputedTorque, Law, LawStates
 from mechlab.experiment.recording import Finding
 from mechlab.experiment.scene import Scene, Settings, initial_state
 from mechlab.experiment.tree_plant import TreePlant
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.model import Mechanism
 

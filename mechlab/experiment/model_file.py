@@ -8,11 +8,12 @@ What is left out is said by name: every verb prints it, its JSON lists it (`left
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any
 
 from mechlab.errors import explained
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.model import Mechanism
 from mechlab.tables import listed
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from numbers import Real
 from typing import Any, Protocol, runtime_checkable
@@ -13,6 +12,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 
 from mechlab.errors import MechlabError, explained
+from mechlab.lazy_dataclass import dataclass
 from mechlab.values import one_number, short
 
 STEP = 1e-3

@@ -8,11 +8,11 @@ By default all joints, then all their rates. Values of joints and shafts are phy
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from mechlab.errors import MechlabError, unknown
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.length_unit import is_length
 from mechlab.mechanism.model import Mechanism

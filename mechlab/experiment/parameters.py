@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import MISSING, Field, dataclass, field, fields
+from dataclasses import MISSING, Field, field, fields
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any, TypeVar, get_type_hints
@@ -17,6 +17,7 @@ from typing import Any, TypeVar, get_type_hints
 from mechlab.errors import MechlabError, explained, unknown
 from mechlab.experiment.entry import Entry
 from mechlab.experiment.question import Question
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import as_fraction
 from mechlab.values import LARGEST_NUMBER, has_unit, in_unit, parse_value

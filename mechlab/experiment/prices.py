@@ -10,9 +10,9 @@ budgets and the choice of a method (`mechlab.integrate.work`).
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 from mechlab.experiment.laws import Law
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.parts import LOOP_ROWS
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 
 
 @dataclass(frozen=True)

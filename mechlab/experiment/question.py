@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.errors import MechlabError, explained, unknown
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.newton import Status
 from mechlab.results import Shown
 from mechlab.tables import listed

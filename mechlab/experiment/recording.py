@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ import numpy as np
 from mechlab.clock import CostParts
 from mechlab.errors import MechlabError, explained, unknown
 from mechlab.experiment.scene import Settings
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.length_unit import is_length
 from mechlab.mechanism.many_states import ManyStates

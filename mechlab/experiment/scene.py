@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import lru_cache
 
 import numpy as np
@@ -19,6 +19,7 @@ from mechlab.errors import MechlabError, NoSolution, explained, unknown
 from mechlab.experiment.laws import Law, laws_of
 from mechlab.experiment.model_file import ModelFile
 from mechlab.experiment.motion import PrescribedMotion
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.assembly import close
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array

@@ -9,12 +9,13 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.formats.model_text import read_text
+from mechlab.lazy_dataclass import dataclass
 from mechlab.values import short
 
 TYPES = {"3d": "spherical", "6d": "fixed"}

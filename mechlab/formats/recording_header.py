@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import types
-from dataclasses import MISSING, asdict, dataclass, fields, is_dataclass
+from dataclasses import MISSING, asdict, fields, is_dataclass
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 from mechlab.errors import MechlabError, unknown
@@ -13,6 +13,7 @@ from mechlab.experiment.recording import SEVERITIES, Cost, Finding, Health, Reco
 from mechlab.experiment.scene import Settings
 from mechlab.formats.json_text import parse
 from mechlab.formats.mechanism_json import from_json, to_json
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.model import Mechanism
 
 SCHEMA = 1

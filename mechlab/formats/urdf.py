@@ -18,12 +18,13 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 
 from mechlab.errors import MechlabError, explained
 from mechlab.formats.mjcf.write_tree import safe_tensor
 from mechlab.formats.xml_text import SIZES, add, primitive, text
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import IDENTITY, Placement, Vector
 from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.model import Mechanism

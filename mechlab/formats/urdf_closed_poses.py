@@ -7,13 +7,14 @@ towards the zero pose, and each branch is kept once.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.formats.urdf_closing_rows import closing_rows
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics, integrate

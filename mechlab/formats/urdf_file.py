@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -26,6 +26,7 @@ from mechlab.formats.urdf_meshes import read_surfaces
 from mechlab.formats.urdf_read import SWAPS, UNLIMITED, bodies_of, frames_of, ground_shapes_of, relations_of
 from mechlab.formats.urdf_sidecar import whole_from_sidecar
 from mechlab.formats.urdf_source import KINDS, UrdfText, number_of
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Placement, frame_along, unit
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Drive, Loop

@@ -7,10 +7,11 @@ the freedom of that joint, and no body without mass.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import IDENTITY, Array, Placement, frame_along
 from mechlab.mechanism.parts import Body, Frame, Joint, Loop
 

@@ -13,7 +13,6 @@ from __future__ import annotations
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from mechlab.errors import MechlabError, unknown
 from mechlab.formats.mjcf.source import clean, fail
 from mechlab.formats.urdf_source import UrdfText, origin_of, placement_of
 from mechlab.formats.xml_text import floats, label
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import IDENTITY, Placement, frame_along, unit
 from mechlab.mechanism.parts import Loop
 

@@ -7,7 +7,6 @@ cost no Python.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
@@ -15,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.integrate.work import ADAPTIVE_STAGE, LSODA_CALL, count_work
+from mechlab.lazy_dataclass import dataclass
 
 Array = NDArray[np.float64]
 ADAPTIVE = ("DOP853", "Radau")

@@ -12,7 +12,6 @@ which bounds the error of the polynomial between the points, at the tolerance.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -22,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from mechlab.errors import MechlabError
 from mechlab.integrate.adaptive import IntegrationStatus, Trajectory
 from mechlab.integrate.work import ADAPTIVE_STAGE, count_work
+from mechlab.lazy_dataclass import dataclass
 
 Array = NDArray[np.float64]
 Slopes = Callable[[Array, Array], Array]

@@ -6,7 +6,6 @@ A Butcher tableau is checked against its order conditions when it is made.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 
@@ -15,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mechlab.errors import MechlabError
 from mechlab.integrate.work import FIXED_STAGE, count_work
+from mechlab.lazy_dataclass import dataclass
 
 Exact = tuple[Fraction, ...]
 

@@ -10,13 +10,13 @@ holds for all x, also across the turning points. Twice as many nodes contain the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.integrate.adaptive import Array
+from mechlab.lazy_dataclass import dataclass
 
 
 @lru_cache(maxsize=16)

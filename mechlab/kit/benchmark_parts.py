@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import cmath
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from mechlab.experiment.entry import Check, CheckResult, Entry, SceneRecipe
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.kit.mass_check import Particles, solid, spread_of
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Builder, Mechanism
 from mechlab.mechanism.geometry import Array, axis_rotation
 from mechlab.mechanism.inertia import Inertia

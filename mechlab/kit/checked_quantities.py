@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.experiment.entry import CheckResult
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 
 

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -29,6 +29,7 @@ from numpy.typing import ArrayLike
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.entry import Claim, ClaimResult, Verdict
 from mechlab.experiment.publication import Publication
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 
 Values = Mapping[str, Any]

@@ -6,7 +6,7 @@ The entry declares `pose(p, angle, rate, accel)`: the motion of all joints and s
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,7 @@ from mechlab.kit.checks import by_witnesses, end_of_run, moving_check
 from mechlab.kit.mass_check import State
 from mechlab.kit.own_equations import one_freedom_slope, record_own
 from mechlab.kit.questions import RATES, both_spellings, by_engines, not_assembled, with_orders
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism, Status
 from mechlab.mechanism.geometry import Array
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import ClassVar
 
 from mechlab.experiment.laws import Plant, register
 from mechlab.experiment.laws.formula import Affine, Formula
 from mechlab.experiment.laws.protocol import OnOne
+from mechlab.lazy_dataclass import dataclass
 
 RAMP = 0.1
 """Share of the stack over which the force grows to its full size, so that a step of the engines does not miss its begin."""

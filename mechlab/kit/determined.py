@@ -11,13 +11,13 @@ not, and a direction that leads nowhere (a dead centre) leaves no position open,
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from mechlab.experiment.question import Open
 from mechlab.kit.quantities import key_of, level, split
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism, integrate, newton
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.named_rows import LETTERS, NamedRows

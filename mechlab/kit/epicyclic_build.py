@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 from mechlab.errors import unknown
 from mechlab.kit.epicyclic_teeth import azimuths
 from mechlab.kit.palette import BRASS, RED
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Builder, Inertia, Placement, revolute, shape
 from mechlab.mechanism.geometry import Vector, axis_rotation
 from mechlab.mechanism.parts import Color, Shape

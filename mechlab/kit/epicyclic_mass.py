@@ -7,7 +7,6 @@ the bodies that it checks.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from mechlab.experiment.entry import Check
 from mechlab.kit.checks import moving_in_fidelities
 from mechlab.kit.epicyclic_build import FIDELITIES, Planets
 from mechlab.kit.mass_check import Particles, State, solid, spread_of
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism
 
 TURN, RATE = 0.7, 1.3

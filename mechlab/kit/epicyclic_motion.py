@@ -4,7 +4,6 @@ speeds by the Willis equation."""
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from mechlab.kit.checks import closed_form_recording
 from mechlab.kit.epicyclic_build import fidelity_texts
 from mechlab.kit.questions import for_engines
 from mechlab.kit.witness import engine_answer
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 

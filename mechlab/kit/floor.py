@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from mechlab.experiment.laws import Plant, register
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 
 

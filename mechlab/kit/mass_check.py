@@ -12,7 +12,7 @@ particles are and how fast, and sums.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,6 +22,7 @@ from mechlab.engines.protocol import IMPLEMENTATIONS, engine
 from mechlab.errors import MechlabError
 from mechlab.experiment.entry import CheckResult
 from mechlab.experiment.tree_plant import MassShare
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array, cross
 from mechlab.mechanism.structure import rank

@@ -9,12 +9,12 @@ near them closes.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from mechlab.clock import spent_on
 from mechlab.experiment.findings import row_kinds
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism, TreeKinematics
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array

@@ -8,13 +8,14 @@ joint `L_joint`; a slide S gives the joint `S_slide`. Points become frames.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from fractions import Fraction
 
 import numpy as np
 
 from mechlab.analytic.linkage import Linkage, Motion, Step
 from mechlab.kit.planar_looks import Looks, bracket, strokes
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Builder, Inertia, Mechanism, Placement, prismatic, revolute
 from mechlab.mechanism.geometry import IDENTITY, Array, axis_rotation
 from mechlab.mechanism.parts import GROUND

@@ -4,7 +4,7 @@ checks."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -23,6 +23,7 @@ from mechlab.kit.checks import by_witnesses, closed_form_recording, driven_run
 from mechlab.kit.planar_build import Style, coordinates, mechanism_of
 from mechlab.kit.planar_mass import compare_planar
 from mechlab.kit.questions import RATES, by_engines, not_assembled, with_orders
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Builder, Mechanism, Status
 from mechlab.mechanism.geometry import Array
 

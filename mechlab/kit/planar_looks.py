@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from mechlab.analytic.linkage import Linkage
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import GROUND, Placement, shape
 from mechlab.mechanism.geometry import Array, axis_rotation
 from mechlab.mechanism.parts import Color, Shape

@@ -4,7 +4,7 @@ figures."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from mechlab.errors import MechlabError, Untrustworthy, unknown
 from mechlab.files import unfinished, whole_folder
 from mechlab.integrate import RK4, integrate_fixed
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.results import Shown, html_of, line_of, text_of
 from mechlab.tables import html_sheet, table

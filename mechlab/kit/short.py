@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache, partial
 from typing import Any
 
@@ -27,6 +27,7 @@ from mechlab.experiment.scene import Scene, Settings
 from mechlab.kit.path_motion import ClosedMotion, EngineMotion, NotInClosedForm, Path, kept
 from mechlab.kit.planar_build import Style, angle_name
 from mechlab.kit.planar_entry import DRIVEN, FREE, Planar, scale
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Builder, Mechanism
 from mechlab.mechanism.geometry import Array
 

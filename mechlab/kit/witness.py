@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -22,6 +22,7 @@ from mechlab.kit.determined import Determined, determined, with_nothing_open
 from mechlab.kit.open_loops import CLOSED, least_opening, opening
 from mechlab.kit.quantities import level, quantities, split
 from mechlab.kit.regular import kept_regularity
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism, Status, TreeKinematics, singularity
 from mechlab.mechanism.closing import ManyClosed, close_many
 from mechlab.mechanism.geometry import Array

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +17,7 @@ from mechlab.experiment.model_file import LeftOut
 from mechlab.experiment.parameters import checked, describe, make, mechanism_units
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.lab.own_mechanism import AS_IS, FREE, HOLD, holding
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.structure import Structure, structure
 from mechlab.results import Shown

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ from mechlab.engines.protocol import available, engine
 from mechlab.errors import EngineMissing, MechlabError
 from mechlab.experiment.scene import Settings
 from mechlab.formats import from_json, urdf_map, write_files
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.length_unit import row_units

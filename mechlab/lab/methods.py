@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import inspect
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -20,6 +20,7 @@ from mechlab.experiment.recording import Trace
 from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Scene, Settings
 from mechlab.integrate.work import ADAPTIVE_STAGE, FIXED_STAGE, LSODA_CALL
 from mechlab.lab.design import Design
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism
 
 OWN = "analytic"

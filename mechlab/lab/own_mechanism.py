@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import MISSING, Field, asdict, dataclass, field, is_dataclass, make_dataclass, replace
+from dataclasses import MISSING, Field, asdict, field, is_dataclass, make_dataclass, replace
 from dataclasses import fields as dataclass_fields
 from fractions import Fraction
 from typing import Any, TypeVar, overload
@@ -23,6 +23,7 @@ from mechlab.experiment.acting import drive_law
 from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.model_file import ModelFile
 from mechlab.experiment.scene import Scene
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.naming import refuse_parameters
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from mechlab.lazy_dataclass import dataclass
 from mechlab.results import Shown
 
 

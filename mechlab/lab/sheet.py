@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 from mechlab.experiment.parameters import describe
 from mechlab.experiment.question import Question
 from mechlab.lab.design import Design, initial_keys
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.report import Rows, freedom_sentences, part_tables
 from mechlab.mechanism.structure import structure
 from mechlab.results import Shown

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -43,6 +43,7 @@ from mechlab.experiment.scene import Scene, Settings
 from mechlab.lab.file_error import with_file_error
 from mechlab.lab.order_check import fixed_steps, suspects
 from mechlab.lab.problem_settings import other_softness
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.singularity import PASS, nearest_to_singular

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Protocol
 
 import numpy as np
 
 from mechlab.errors import MechlabError, unknown
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.edit import LISTS, Part, Parts, parts_of, renamed
 from mechlab.mechanism.geometry import IDENTITY, Placement, Vector, vector
 from mechlab.mechanism.model import Mechanism

@@ -6,11 +6,11 @@ The mathematics is that of `TreeKinematics`, `ConstraintSet` and `statics.passiv
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.free_directions import free_directions
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.many_states import ManyStates, state_tree

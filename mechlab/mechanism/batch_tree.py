@@ -7,11 +7,10 @@ matrices and products of whole arrays.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.constraints import _LOOP_TABLE, AXES
 from mechlab.mechanism.geometry import Array, skew
 from mechlab.mechanism.model import Mechanism

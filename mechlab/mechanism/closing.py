@@ -10,12 +10,12 @@ of one pose (`mechlab.mechanism.assembly`, the engines) says why.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.many_poses import moved
 from mechlab.mechanism.many_rows import ManyRows, Placed, between

@@ -6,12 +6,12 @@ matrix depends on the pose, `shares` raises an error that names the body and the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
 
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.angle_basis import AngleBasis, Row
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics

@@ -12,12 +12,12 @@ Jacobians and biases are the exact first and second time derivatives of the resi
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.curve import CurveRelation
 from mechlab.mechanism.geometry import Array, cross
 from mechlab.mechanism.kinematics import Kinematics

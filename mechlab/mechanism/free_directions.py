@@ -9,12 +9,11 @@ agree, nothing is told.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import qr
 
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 
 RANK, CLEAR = 1e-9, 1e-4

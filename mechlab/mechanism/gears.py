@@ -13,13 +13,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 
 import numpy as np
 
 from mechlab.errors import MechlabError, explained, unknown
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array, cross
 from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.model import Mechanism

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mechlab.errors import MechlabError, explained
+from mechlab.lazy_dataclass import dataclass
 
 Array = NDArray[np.float64]
 Vector = tuple[float, float, float]

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
 from mechlab.errors import MechlabError, explained
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array, Vector, skew, unit, vector
 from mechlab.mechanism.given import Number, si
 

@@ -9,7 +9,6 @@ rows, the rotation vector from the target to the value). Rows that repeat others
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -17,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.batch_sparse import smallest_of_rows
 from mechlab.mechanism.batch_tree import BatchRows, BatchTree
 from mechlab.mechanism.followed_mode import followed_signs

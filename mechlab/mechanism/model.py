@@ -8,7 +8,7 @@ of being imported. The package `mechlab.mechanism` imports it with Builder, henc
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields
+from dataclasses import field, fields
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from mechlab.errors import explained, unknown
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.curve import CurveRelation
 from mechlab.mechanism.geometry import Array, Vector
 from mechlab.mechanism.parts import Body, Coefficients, Drive, Frame, Joint, LinearRelation, Loop, Shaft, Shape, Spring

@@ -7,11 +7,11 @@ Written over callables, so that the numpy tree, Pinocchio and MuJoCo are closed 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.least_norm import least_norm
 

@@ -7,10 +7,11 @@ Everything is immutable and plain: tuples of floats, exact fractions, names. The
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 
 from mechlab.errors import MechlabError, explained, unknown
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import IDENTITY, Placement, Vector, unit
 from mechlab.mechanism.given import options_of, pair, si
 from mechlab.mechanism.inertia import Inertia

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.inertia import Inertia
 

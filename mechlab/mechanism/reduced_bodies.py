@@ -8,12 +8,13 @@ joints.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.angle_basis import AngleBasis, Row, positive
 from mechlab.mechanism.geometry import IDENTITY, Array, Placement, cross, frame_along
 from mechlab.mechanism.inertia import Inertia

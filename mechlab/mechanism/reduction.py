@@ -8,11 +8,12 @@ physical value.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.angle_basis import AngleBasis, Row, dependent_angles, eliminate, positive
 from mechlab.mechanism.constant_inertia import InertiaShare, shares
 from mechlab.mechanism.geometry import Array

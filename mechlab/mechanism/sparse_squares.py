@@ -3,11 +3,10 @@ is then one numpy call over all columns that do not meet each other and over all
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 
 LARGE = 60

@@ -7,11 +7,11 @@ not mislead. Rows are scaled to unit length first, so that metres and radians co
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.batch_sparse import smallest_of_rows
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array

@@ -7,11 +7,12 @@ loop is refused; or, if asked for, one of its binary links gets a ball joint, wh
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.parts import GROUND, Body, Joint, Loop
 from mechlab.mechanism.tree import reference_poses

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from mechlab.lazy_dataclass import dataclass
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 
 Array = NDArray[np.float64]
 ADDENDUM, DEDENDUM = 1.0, 1.25  # in modules

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from mechlab.experiment.entry import CheckResult, Entry, Outside
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.structure import structure
 from mechlab.tables import markdown, number
 

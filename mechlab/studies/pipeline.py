@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ from mechlab.formats import save_recording
 from mechlab.lab.design import Design
 from mechlab.lab.generate import write_verified
 from mechlab.lab.run import run_scene
+from mechlab.lazy_dataclass import dataclass
 from mechlab.results import Shown, line_of, text_of
 from mechlab.studies.check.check import CheckReport, run_checks
 from mechlab.tables import table

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from mechlab.experiment.recording import Recording
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import GROUND, Mechanism
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.many_poses import ManyPoses

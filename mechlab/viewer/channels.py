@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from mechlab.experiment.recording import Recording
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 
 MOST_BYTES = 1_000_000

@@ -9,12 +9,13 @@ import html
 import io
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any
 
 from mechlab.errors import MechlabError
 from mechlab.files import write
+from mechlab.lazy_dataclass import dataclass
 from mechlab.viewer.html_page import asset
 
 THUMBNAIL = (560, 420)

@@ -9,12 +9,13 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.experiment.recording import Recording, basic_channels
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 

@@ -11,7 +11,7 @@ import socket
 import sys
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from functools import cached_property
 from types import TracebackType
 from typing import Any
@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 from tornado import httpserver, web, websocket
 
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 from mechlab.viewer.html_page import packed_story, page_of
 from mechlab.viewer.messages import LARGEST_MESSAGE, read_message, wanted_values
 from mechlab.viewer.pack import quaternions

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,6 +15,7 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.parameters import describe
 from mechlab.formats.mechanism_json import to_json
 from mechlab.lab.design import Design, design
+from mechlab.lazy_dataclass import dataclass
 
 LARGEST, MOST = 10_000, 150_000
 """Numbers of a document that is probed at most (the six-freedom delta has 2,335), and of all documents that are built for it."""

@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 
 COARSE, FINE = 41, 39  # points of the grid along each axis

@@ -10,7 +10,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from fractions import Fraction
 from typing import Any, ClassVar
 
@@ -28,6 +28,7 @@ from mechlab.lab.design import design as made_of
 from mechlab.lab.fidelity.choose import chosen_scene
 from mechlab.lab.own_mechanism import entry_of
 from mechlab.lab.run import run_scene
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.values import parse_value
 from mechlab.viewer.from_recording import mechanism_story, placed

@@ -12,7 +12,6 @@ finite.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations
 from math import comb
@@ -20,6 +19,7 @@ from math import comb
 import numpy as np
 
 from mechlab.analytic.assur.plane import Complex
+from mechlab.lazy_dataclass import dataclass
 
 LONGEST, SHORTEST, STEPS = 0.1, 1e-9, 3000
 ACCURATE = 1e-9

@@ -5,7 +5,6 @@ limit positions (Keller 1977), and a dyad followed in its assembly mode over a p
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,6 +14,7 @@ from mechlab.analytic.assur.folds import Family
 from mechlab.analytic.assur.plane import Real, dot
 from mechlab.analytic.assur.two_loops import closure_jacobian
 from mechlab.errors import NoSolution, Untrustworthy
+from mechlab.lazy_dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -4,14 +4,13 @@ crank angle to the next. Steps are halved where modes come near each other; arcs
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mechlab.analytic.assur.folds import Family, Fold, solve_fold
 from mechlab.analytic.assur.plane import Complex, Flags, Real, Scalar, cross, dot
 from mechlab.analytic.assur.two_loops import Modes, TwoLoops, all_modes, closure_jacobian
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 
 SINGULAR = 1e-12  # |det J| over the fourth power of the size of the group
 

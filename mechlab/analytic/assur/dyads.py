@@ -7,13 +7,13 @@ PRP: a pin where two moving guides cross. RPP: a cross slide between a guide and
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.analytic.assur.plane import Complex, Flags, Guide, Point, Real, Scalar, cross, dot, length, mode_sign, unit
 from mechlab.errors import MechlabError, NoSolution
+from mechlab.lazy_dataclass import dataclass
 
 
 class ChangePoint(MechlabError):

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from mechlab.analytic.assur.plane import Real
 from mechlab.analytic.assur.two_loops import TwoLoops, all_modes, determinant
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 
 Family = Callable[[Real], TwoLoops]
 """Gives a group at angles (n,) [rad] of its crank, with wd and wdd for a crank rate of 1 rad/s."""

@@ -7,8 +7,6 @@ independent unknowns, |z_j|^2 = 1 and y_s conj(z_k) = conj(y_s) z_k are 2 L bili
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -16,6 +14,7 @@ from mechlab.analytic.assur.bilinear import Bilinear, all_solutions, path_count
 from mechlab.analytic.assur.links import FIXED_GUIDE, Links, Loops, loops
 from mechlab.analytic.assur.plane import Complex, Flags, Real, unit
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 
 ON_CIRCLE = 2e-2
 """A solution with all |z| so near 1 is tried as a real one: two modes about to merge are hard to find exactly."""

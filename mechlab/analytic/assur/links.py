@@ -12,13 +12,14 @@ in n unknown turns and places. A group (with the drives, links whose angle is gi
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from mechlab.analytic.assur.bilinear import path_count
 from mechlab.analytic.assur.plane import Complex
 from mechlab.errors import MechlabError, unknown
+from mechlab.lazy_dataclass import dataclass
 
 GROUND = "ground"
 LARGEST_LOOPS = 5

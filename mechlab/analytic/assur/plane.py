@@ -6,12 +6,11 @@ broadcasts: one number, a cycle, a family of designs.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]

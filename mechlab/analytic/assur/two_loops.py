@@ -12,7 +12,6 @@ polynomial is solved at all positions at once, and each root polished by Newton.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,6 +20,7 @@ from numpy.typing import ArrayLike
 from mechlab.analytic.assur.plane import Complex, Flags, Point, Real, cross, dot, unit
 from mechlab.analytic.blocks import pieces
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 
 MODES = 6
 CIRCLE = 2e-2

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.analytic.benchmarks.planar import Balance, Jet, arm, dyad
+from mechlab.lazy_dataclass import dataclass
 
 Array = NDArray[np.float64]
 

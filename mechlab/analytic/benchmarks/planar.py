@@ -11,13 +11,13 @@ from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.analytic.physical_pendulum import PhysicalPendulum
 from mechlab.errors import NoSolution
+from mechlab.lazy_dataclass import dataclass
 
 
 @dataclass(frozen=True)

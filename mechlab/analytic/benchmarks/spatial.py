@@ -8,7 +8,6 @@ A05: a flyball governor with stiff spring-dampers between slider and arms; both 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -16,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.errors import NoSolution
+from mechlab.lazy_dataclass import dataclass
 
 Array = NDArray[np.float64]
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [1, -1, 0], [1, -1, 1], [0, -1, 1], [0, 0, 1]], dtype=float)

@@ -6,7 +6,6 @@ polynomial, whose interior minima are found exactly: a span is split at the slow
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 
 from mechlab.analytic.bspline.curve import BSpline, FloatArray
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 
 SLOW = 0.05
 """A minimum of the speed below this share of the largest speed of its span splits the span."""

@@ -9,7 +9,7 @@ period meets the end where T is a multiple of it: `on_ticks` lowers the accelera
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -19,6 +19,7 @@ from mechlab.analytic.bspline.curve import FloatArray
 from mechlab.analytic.bspline.travel import braking_distance
 from mechlab.analytic.roots import brentq
 from mechlab.errors import MechlabError, NoSolution
+from mechlab.lazy_dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,6 @@ constant jerk), the parameter at an arc length, and where braking begins.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from math import sqrt
 
@@ -15,6 +14,7 @@ from mechlab.analytic.bspline.curve import BSpline, FloatArray
 from mechlab.analytic.bspline.length import fine_pieces, integrals
 from mechlab.analytic.roots import brentq
 from mechlab.errors import MechlabError, NoSolution
+from mechlab.lazy_dataclass import dataclass
 
 SIGNS = np.array([1.0, 0.0, -1.0, 0.0, -1.0, 0.0, 1.0])
 

@@ -15,8 +15,6 @@ gives the amplitude in closed form.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -24,6 +22,7 @@ from mechlab.analytic.delta6.geometry import Delta6, FloatArray, finite, vectors
 from mechlab.analytic.delta6.rotation import wrap
 from mechlab.analytic.delta6.translation import leg_heights, leg_vectors
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 
 
 @dataclass(frozen=True)

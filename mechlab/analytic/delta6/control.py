@@ -5,14 +5,13 @@ Command: a_T + kv (v_T - v) + kp (x_T - x). With an exact model the error e = x 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.analytic.delta6.geometry import FloatArray, finite, freeze, number, vectors
 from mechlab.analytic.roots import brentq
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 
 SOURCE_START_ANGLES = freeze([0.05, 0.1, 0.3])
 """alpha, beta, gamma of the source's example at t = 0, rad."""

@@ -9,7 +9,6 @@ axes. Leg i has azimuth psi_i, r_i = (cos psi, sin psi), t_i = (-sin psi, cos ps
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeAlias
 
@@ -17,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mechlab.errors import MechlabError, NoSolution
+from mechlab.lazy_dataclass import dataclass
 
 FloatArray: TypeAlias = NDArray[np.float64]
 BoolArray: TypeAlias = NDArray[np.bool_]

@@ -6,7 +6,7 @@ depends on beta alone. Equation of motion: M v' + bias + gravity = Q, Q = K' (to
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import fields
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from mechlab.analytic.delta6.geometry import Delta6, FloatArray, apply, finite, number, vectors
 from mechlab.analytic.delta6.rotation import drive_matrix
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -7,13 +7,13 @@ along the line of action: B = (x sin(pressure angle), x cos(pressure angle)). Le
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.analytic.delta6.geometry import FloatArray, finite, freeze, number
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 
 PRESSURE_ANGLE = math.radians(20.0)
 

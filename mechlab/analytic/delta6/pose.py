@@ -9,8 +9,6 @@ v_O = v_D - omega x r and (qdot, phidot) = [[G, head_offset G [e1]x], [0, K E^-1
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -39,6 +37,7 @@ from mechlab.analytic.delta6.translation import (
     slider_rates,
     translation_jacobian,
 )
+from mechlab.lazy_dataclass import dataclass
 
 
 @dataclass(frozen=True)

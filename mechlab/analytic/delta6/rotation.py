@@ -14,13 +14,12 @@ first: a jump of gamma by 2 pi is a jump of 2 pi k_spur in drives 1 and 2.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.analytic.delta6.geometry import BoolArray, Delta6, FloatArray, apply, demand, finite, vectors
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 
 SINGULAR_COSINE = 1e-9
 """cos(beta) below which extracted angles are flagged: there noise of 1e-9 in R moves alpha and gamma by a radian."""

@@ -12,7 +12,6 @@ raise NoSolution there. Mask bulk data with `inverse_position(...).h2 > 0` first
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,6 +19,7 @@ from numpy.typing import ArrayLike
 from mechlab.analytic.blocks import pieces
 from mechlab.analytic.delta6.geometry import BoolArray, Delta6, FloatArray, apply, demand, vectors
 from mechlab.errors import NoSolution
+from mechlab.lazy_dataclass import dataclass
 
 
 @dataclass(frozen=True)

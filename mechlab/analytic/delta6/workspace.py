@@ -6,8 +6,6 @@ Everything but the slider stops depends on (x, y) alone, because the rods keep t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -15,6 +13,7 @@ from mechlab.analytic.delta6.geometry import BoolArray, Delta6, FloatArray, numb
 from mechlab.analytic.delta6.translation import leg_vectors, squared_heights, squared_offsets, translation_jacobian
 from mechlab.analytic.regions import Clause, Coordinates, Region, all_of
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 
 
 @dataclass(frozen=True)

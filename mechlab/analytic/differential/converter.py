@@ -12,10 +12,10 @@ the ratio of speeds is that of moments exactly where k n = 1, in a converter wit
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from mechlab.analytic.differential.train import Train
 from mechlab.errors import MechlabError, NoSolution
+from mechlab.lazy_dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ the target exactly. Between events the equations are linear and solved by matrix
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import product
 
 import numpy as np
@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from mechlab.analytic.differential.train import FloatArray
 from mechlab.analytic.roots import brentq
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 
 TOLERANCE = 1e-10
 MOST_EVENTS = 100

@@ -7,13 +7,14 @@ M_H2 > 0 resists H2; moments in N m.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import fields
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.analytic.differential.train import FloatArray, Train
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 
 
 @dataclass(frozen=True)

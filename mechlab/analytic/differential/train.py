@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 
 import numpy as np
@@ -23,6 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from mechlab.analytic.planetary_stage import TOUCHING, AssemblyConditions, neighbour_margin
 from mechlab.analytic.planetary_stage import conditions as stage_conditions
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

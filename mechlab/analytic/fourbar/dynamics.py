@@ -10,7 +10,6 @@ forces on both give the components along the bars.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +17,7 @@ from numpy.typing import ArrayLike
 from mechlab.analytic.blocks import FloatArray
 from mechlab.analytic.fourbar.kinematics import FourbarMotion, _finite, solve
 from mechlab.errors import MechlabError, NoSolution
+from mechlab.lazy_dataclass import dataclass
 
 NO_GRAVITY = (0.0, 0.0)
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import Enum
 from typing import Any, Self
 
@@ -17,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mechlab.analytic.blocks import FloatArray, flattened, piece, pieces
 from mechlab.errors import MechlabError, NoSolution
+from mechlab.lazy_dataclass import dataclass
 
 BoolArray = NDArray[np.bool_]
 

@@ -9,7 +9,6 @@ The alternative is a clutch of periodic turning: while it holds, the pin turns k
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +16,7 @@ from numpy.typing import ArrayLike
 from mechlab.analytic.blocks import FloatArray
 from mechlab.analytic.gear_linkage.linkage import GearLinkage, angles, motion
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,6 @@ has the velocity that keeps both rods rigid, and at each pitch point both gears 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -27,6 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 from mechlab.analytic.blocks import FloatArray, flattened, piece, pieces
 from mechlab.analytic.fourbar import loop_rates
 from mechlab.errors import MechlabError, NoSolution
+from mechlab.lazy_dataclass import dataclass
 
 TURN_TOLERANCE = 1e-12
 FLAT = 2e-12

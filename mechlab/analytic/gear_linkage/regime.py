@@ -5,7 +5,7 @@ dwell angles, and the crank that gives a wanted one; the reduced inertia of the 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import Enum
 from functools import lru_cache
 
@@ -16,6 +16,7 @@ from mechlab.analytic.blocks import FloatArray
 from mechlab.analytic.gear_linkage.linkage import GearLinkage, LinkageMotion, angles, longest_crank, motion, transfer
 from mechlab.analytic.roots import brentq
 from mechlab.errors import MechlabError, NoSolution, unknown
+from mechlab.lazy_dataclass import dataclass
 
 NEAREST = 1.0 - 1e-6
 """Longest crank that is tried, as a share of the longest that turns: beyond it no usable transmission angle is left."""

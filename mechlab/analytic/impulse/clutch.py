@@ -9,7 +9,6 @@ over a cycle the motor does the work of R alone, and the mean torques differ by 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from mechlab.analytic.impulse.model import Impulse, shape
 from mechlab.analytic.impulse.regime import STALLS, half_time
 from mechlab.analytic.roots import brentq
 from mechlab.errors import MechlabError, NoSolution
+from mechlab.lazy_dataclass import dataclass
 
 
 @dataclass(frozen=True)

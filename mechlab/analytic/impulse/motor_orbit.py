@@ -7,13 +7,12 @@ the map of z over a turn of psi, the multipliers are the eigenvalues of its deri
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.analytic.impulse.model import Array, Impulse, slope
 from mechlab.errors import MechlabError, NoSolution
+from mechlab.lazy_dataclass import dataclass
 
 STEPS = np.array([1e-6, 1e-3, 1e-4, 1e-2])
 """Differences of beta [rad], alpha', beta' [rad/s], Md [N m] for the derivative of the map: their squares leave 1e-9 of it."""

@@ -7,7 +7,6 @@ mean speed); periodic orbits without friction by shooting, with Floquet multipli
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -23,6 +22,7 @@ from mechlab.analytic.impulse.model import (
 )
 from mechlab.analytic.roots import brentq
 from mechlab.errors import MechlabError, NoSolution
+from mechlab.lazy_dataclass import dataclass
 
 Array = NDArray[np.float64]
 NODES = 128

@@ -7,7 +7,7 @@ function of each kind of element that adds its part to the Motion.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from fractions import Fraction
 from typing import Any, Self
 
@@ -18,6 +18,7 @@ from mechlab.analytic.assur.dyads import Dyad, prp, rpp, rpr, rrp, rrr
 from mechlab.analytic.assur.plane import Guide, Point, Scalar, driver, fixed, rigid, scalar
 from mechlab.analytic.assur.two_loops import TwoLoops, all_modes, class_four, class_three
 from mechlab.errors import MechlabError, NoSolution, unknown
+from mechlab.lazy_dataclass import dataclass
 
 
 @dataclass(frozen=True)

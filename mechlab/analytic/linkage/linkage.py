@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -14,6 +13,7 @@ from mechlab.analytic.assur.plane import Real, scalar
 from mechlab.analytic.blocks import BLOCK, pieces
 from mechlab.analytic.linkage.description import ACTIONS, LinkageDescription, Motion
 from mechlab.errors import MechlabError, unknown
+from mechlab.lazy_dataclass import dataclass
 
 __all__ = ["BLOCK", "Input", "Linkage"]
 

@@ -10,13 +10,13 @@ four-bar misses is the part of the points that lies outside the span of 1, e^(i 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
 from mechlab.analytic.path_synthesis.curves import SIZES, Array, Complex
 from mechlab.analytic.path_synthesis.guided_body import missed_arrows
+from mechlab.lazy_dataclass import dataclass
 
 PHASES = 24
 BARS = np.geomspace(0.3, 8.0, 17)

@@ -9,11 +9,12 @@ in its axes, n the ratio of the gears. V = 0 is the four-bar, whose rocker has t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+
+from mechlab.lazy_dataclass import dataclass
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

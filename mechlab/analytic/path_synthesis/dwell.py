@@ -12,13 +12,13 @@ deviation of the output from its rest is least, with swing, transmission angles 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from mechlab.analytic.path_synthesis.curves import Array, Complex
 from mechlab.analytic.path_synthesis.minimax import least_largest
 from mechlab.analytic.path_synthesis.straight import coupler_turn, turning, turning_shapes
+from mechlab.lazy_dataclass import dataclass
 from mechlab.progress import counted, part, silent
 
 TURN = 72

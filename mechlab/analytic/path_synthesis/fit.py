@@ -7,11 +7,10 @@ sixteen, however many points there are.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from mechlab.analytic.path_synthesis.curves import Array, Complex, Curve
+from mechlab.lazy_dataclass import dataclass
 
 STEEPEST = 1e9
 """Damping, relative to the diagonal of the normal matrix, at which a linkage is given up."""

@@ -8,7 +8,6 @@ error of angle counts. A row has one number more than that of its linkage, s, a 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -16,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.analytic.path_synthesis.curves import Array, Complex, LinkCurve, Traced
+from mechlab.lazy_dataclass import dataclass
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,6 @@ left of the way from P to S.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -31,6 +30,7 @@ from mechlab.analytic.path_synthesis.curves import (
     spins,
     widest,
 )  # fmt: skip
+from mechlab.lazy_dataclass import dataclass
 
 PIVOT, ROD, ARM, TIP = 12, 14, 15, 16
 """Where S (or s), l, r and q stand in a row."""

@@ -12,7 +12,6 @@ them are moved, in eleven unknowns, until the largest error of the output angle 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from mechlab.analytic.path_synthesis.atlas import shapes
 from mechlab.analytic.path_synthesis.curves import COUPLER, LINK, Array, Complex, points
 from mechlab.analytic.path_synthesis.minimax import least_largest
 from mechlab.analytic.path_synthesis.sixbar import ARM, NUMBERS, PIVOT, ROD, Sixbar, SixbarPoints
+from mechlab.lazy_dataclass import dataclass
 from mechlab.progress import counted, part, silent
 
 DRAWN = 60_000

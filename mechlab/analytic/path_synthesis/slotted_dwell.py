@@ -9,7 +9,6 @@ sizes and the clearance of pivot and slide as constraints.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from mechlab.analytic.path_synthesis.curves import Array, Complex
 from mechlab.analytic.path_synthesis.dwell import FINE, TURN, coupler_point
 from mechlab.analytic.path_synthesis.minimax import least_largest
 from mechlab.analytic.path_synthesis.straight import straight_starts, turning
+from mechlab.lazy_dataclass import dataclass
 from mechlab.progress import counted, part, silent
 
 BEYOND = np.geomspace(1.0, 10.0, 24)

@@ -9,12 +9,12 @@ least, with transmission angle and size as constraints.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from mechlab.analytic.path_synthesis.curves import Array, Complex
 from mechlab.analytic.path_synthesis.minimax import least_largest
+from mechlab.lazy_dataclass import dataclass
 from mechlab.progress import counted, part, silent
 
 BARS = np.geomspace(1.15, 9.0, 20)

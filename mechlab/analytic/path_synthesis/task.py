@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from mechlab.analytic.path_synthesis.curves import Array, Complex, Curve, LinkCu
 from mechlab.analytic.path_synthesis.fit import Fitted, Limits
 from mechlab.analytic.path_synthesis.guided_body import GuidedBody
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 
 EXACT = 1e-9
 """Largest distance from a point, relative to the extent of the points, of a linkage that passes through it."""

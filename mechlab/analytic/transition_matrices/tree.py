@@ -7,13 +7,14 @@ Planar matrices are 3 x 3, spatial ones 4 x 4; the number of entries of an axis 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 
 FloatArray = NDArray[np.float64]
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -14,6 +13,7 @@ from mechlab.analytic.linkage import Linkage, Motion
 from mechlab.catalog.bibliography import ZINCHENKO
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.parameters import parameter
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 
 SOURCE = f"{ZINCHENKO.label}, step 2"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 
@@ -13,6 +12,7 @@ from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.parameters import parameter
 from mechlab.kit.epicyclic_build import flat, on_circle
 from mechlab.kit.palette import BLUE, BRASS, GREEN, RED, STEEL
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Builder, Inertia, Mechanism, Placement, revolute, shape
 from mechlab.mechanism.geometry import Vector, axis_rotation
 from mechlab.mechanism.parts import Color, Shape

@@ -7,7 +7,6 @@ Pinocchio and MuJoCo answer with a mass matrix and constraint rows of their own 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import lru_cache, partial
 from typing import Any
 
@@ -27,6 +26,7 @@ from mechlab.integrate import integrate_adaptive
 from mechlab.kit.checks import closed_form_recording
 from mechlab.kit.epicyclic_motion import expand_by
 from mechlab.kit.questions import for_engines
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import null_space

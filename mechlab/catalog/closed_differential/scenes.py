@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import partial
 from typing import ClassVar
 
@@ -13,6 +13,7 @@ from mechlab.experiment.entry import SceneRecipe
 from mechlab.experiment.held_rates import HeldRates, RateHold, ViscousBetween
 from mechlab.experiment.laws import Constant, ConstantPower, Law, Motor, Plant, Viscous, register
 from mechlab.experiment.scene import Scene, Settings
+from mechlab.lazy_dataclass import dataclass
 
 STEP, DRY_STEP = 1e-3, 5e-4
 """Timesteps [s]. Stops, held inputs and locks capture a rate with a time constant of one step; scenes with dry friction

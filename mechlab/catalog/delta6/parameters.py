@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeVar
 
@@ -12,6 +11,7 @@ import numpy as np
 from mechlab.analytic.delta6 import Delta6, cardan_bend
 from mechlab.errors import MechlabError
 from mechlab.experiment.parameters import parameter
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 
 T = TypeVar("T")

@@ -4,7 +4,7 @@ an engine's constraint rows say of rates, accelerations and forces there."""
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -18,6 +18,7 @@ from mechlab.errors import NoSolution
 from mechlab.experiment.laws import drive_forces
 from mechlab.experiment.recording import Recording
 from mechlab.kit.questions import by_name
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 

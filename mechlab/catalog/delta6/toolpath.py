@@ -10,7 +10,6 @@ stay within the limits for the quickest of some S-curves s(t): not the fastest l
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -20,6 +19,7 @@ from mechlab.analytic.bspline import BSpline, SpeedRamp, Travel, arc_length
 from mechlab.catalog.delta6.parameters import DRIVES, Delta6Parameters
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.kit.curve_file import read_curve
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 
 METRES_PER_RADIAN = 0.05

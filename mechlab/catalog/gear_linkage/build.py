@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from functools import lru_cache
 
@@ -21,6 +21,7 @@ from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.kit.own_equations import one_freedom_slope, record_own
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Builder, Inertia, LinearRelation, Mechanism, Placement, as_fraction, revolute
 from mechlab.mechanism.geometry import Array, axis_rotation
 from mechlab.shapes import external_phase

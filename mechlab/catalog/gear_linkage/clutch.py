@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from mechlab.analytic.gear_linkage import crank_inertia
 from mechlab.catalog.gear_linkage.knife import SIDES, Knives
@@ -13,6 +12,7 @@ from mechlab.experiment.held_rates import HeldRates, RateHold
 from mechlab.experiment.laws import Law
 from mechlab.experiment.parameters import parameter
 from mechlab.kit.palette import BLUE, BRASS, ORANGE, STEEL
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Builder, Inertia, Mechanism, Placement, prismatic, revolute, shape
 
 ROD_MASS = 6.0

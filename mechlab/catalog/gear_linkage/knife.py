@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from mechlab.analytic.gear_linkage import GearLinkage, Knife, angles, pin_angle
 from mechlab.experiment.parameters import parameter
 from mechlab.kit.palette import BLUE, BRASS, ORANGE, RED, STEEL, TEAL
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Builder, Inertia, Mechanism, Placement, as_fraction, prismatic, revolute, shape
 from mechlab.mechanism.parts import Color, Shape
 

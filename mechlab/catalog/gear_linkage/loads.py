@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import ClassVar
 
 from mechlab.analytic import gear_linkage as closed_form
@@ -12,6 +11,7 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.laws import Law, Plant, Viscous, register
 from mechlab.experiment.laws.formula import Affine, Formula
 from mechlab.experiment.laws.protocol import OnOne
+from mechlab.lazy_dataclass import dataclass
 
 
 @register("shear")

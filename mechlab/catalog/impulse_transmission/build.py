@@ -6,7 +6,7 @@ The source prints no drawing to scale: the radii of the shapes follow the inerti
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from fractions import Fraction
 from functools import cached_property, lru_cache
 
@@ -18,6 +18,7 @@ from mechlab.errors import unknown
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.recording import Recording
 from mechlab.kit.palette import BLUE, BRASS, DARK, RED, STEEL
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Builder, Inertia, Mechanism, Placement, as_fraction, revolute, shape
 from mechlab.mechanism.geometry import Array, axis_rotation
 from mechlab.mechanism.parts import Color, Shape, Winding

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, field, replace
 from functools import lru_cache
 from typing import Any
 
@@ -17,6 +17,7 @@ from mechlab.catalog.impulse_transmission.torque import TORQUE
 from mechlab.errors import MechlabError
 from mechlab.experiment.question import Answer, Question
 from mechlab.integrate import Event, integrate_hybrid
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Status
 
 ANSWERS = {"mean_speed": "rad/s", "forward_time": "s", "return_time": "s", "mean_motor_torque": "N m"}

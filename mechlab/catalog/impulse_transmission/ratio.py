@@ -10,7 +10,7 @@ static characteristic. The axis of figure 3 has no readable number.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from typing import Any, cast
 
@@ -19,6 +19,7 @@ import numpy as np
 from mechlab.analytic.impulse import Impulse, harmonic_motion, slope, unidirectional
 from mechlab.catalog.impulse_transmission.scenes import FIGURE_7, SPEED, of_scene
 from mechlab.kit.portrait import flow
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 
 CANDIDATES = {"4/5": 4 / 5, "4/3": 4 / 3, "5/3": 5 / 3, "3/5": 3 / 5, "4/9": 4 / 9, "4/6": 4 / 6, "4/7": 4 / 7, "4/8": 4 / 8, "4/2": 2.0}

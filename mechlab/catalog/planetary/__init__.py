@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any
@@ -30,6 +29,7 @@ from mechlab.kit.epicyclic_mass import CentralWheel, moving_carrier, moving_chec
 from mechlab.kit.epicyclic_motion import ConstantTorques, expand_by, speed_questions
 from mechlab.kit.mass_check import State
 from mechlab.kit.palette import BLUE, BRASS, RED, STEEL, TEAL
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Builder, Mechanism, Placement, revolute, shape
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.parts import Shape

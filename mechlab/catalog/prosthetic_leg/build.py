@@ -7,7 +7,6 @@ leg's right side (-Y): hip flexion and knee extension are positive. In the refer
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -19,6 +18,7 @@ from mechlab.experiment.motion import Hold
 from mechlab.experiment.parameters import parameter
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.kit.floor import Floor
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import (
     GROUND,
     IDENTITY,

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -31,6 +31,7 @@ from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.scene import Settings
 from mechlab.kit.checks import moving_in_fidelities
 from mechlab.kit.mass_check import NOTHING, Particles, State, solid, spread_of
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 
 STATE = {

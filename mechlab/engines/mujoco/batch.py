@@ -9,7 +9,7 @@ but to rounding where a servo or a viscous load is put into the model (`mechlab.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import mujoco
@@ -31,6 +31,7 @@ from mechlab.experiment.motion import Hold
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.formats import to_mjcf
 from mechlab.formats.mjcf.write_loops import site_names, tendon_name
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Joint, Shaft

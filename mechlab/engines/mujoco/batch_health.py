@@ -8,7 +8,6 @@ the assembly mode at the samples that a single run looks at, by the kinematics o
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -23,6 +22,7 @@ from mechlab.experiment.findings import GAP_LIMIT, open_loop_finding, row_kinds
 from mechlab.experiment.laws import Servo
 from mechlab.experiment.recording import limit_finding
 from mechlab.experiment.scene import Scene, Settings
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.batch_tree import BatchRows, BatchTree
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array

@@ -24,12 +24,12 @@ tendon equality, whose dJ/dt v it ignores: its positions converge, its accelerat
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array, cross, quaternion_to_matrix
 
 

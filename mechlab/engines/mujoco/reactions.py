@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -25,6 +24,7 @@ from mechlab.engines.mujoco.model import Indices, MujocoMap, passive, to_mujoco
 from mechlab.engines.state import MotionForces
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.formats.mjcf.write_loops import axis_name, axis_site_names, connector_name, site_names
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array, cross
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import LOOP_ROWS, Loop

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -21,6 +20,7 @@ from mechlab.experiment.laws import Law
 from mechlab.experiment.laws.compiled import formulas_of
 from mechlab.experiment.laws.formula import Affine
 from mechlab.experiment.motion import Hold
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
 import mujoco
@@ -14,6 +13,7 @@ import numpy as np
 from mechlab.engines.mujoco.sparse import sparse_steps
 from mechlab.engines.state import RATE_LIMIT
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.engines.motions import TreeMotions
 from mechlab.errors import MechlabError, NoSolution
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics, integrate
 from mechlab.mechanism.closing import close_many
 from mechlab.mechanism.geometry import Array

@@ -6,12 +6,12 @@ about the same error. The frame of a body has the axes of the world at the start
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from mechlab.engines.peers.job import Job, Links
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 

@@ -7,12 +7,13 @@ link. The frame of a link stands at its joint and has the joint's axis along z.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 
 from mechlab.experiment.scene import Scene, initial_state
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import ConstraintSet, TreeKinematics
 from mechlab.mechanism.geometry import Array, frame_along, vector
 from mechlab.mechanism.inertia import Inertia

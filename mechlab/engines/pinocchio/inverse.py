@@ -6,13 +6,14 @@ A search that fails says why: out of reach, no assembly, or merely not converged
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.engines.pinocchio.closer import NEAR, Closer, kept_closer, path
 from mechlab.engines.pinocchio.quantities import check_target
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.newton import Assembly, Status, follow, newton

@@ -10,12 +10,12 @@ only: whoever knows their rank says it, so that the small difference is not divi
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache
 from types import ModuleType
 
 import numpy as np
 
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 
 PIVOT = 1e-5

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from mechlab.engines.pinocchio.workspace import Part, Workspace, parts_of, refuse_long_branches
 from mechlab.errors import MechlabError, Untrustworthy
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array, Placement
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import GROUND, Joint

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from numpy.typing import ArrayLike
 from mechlab.engines.pinocchio.constraints import PinConstraints
 from mechlab.engines.pinocchio.kinematics import PinKinematics
 from mechlab.errors import MechlabError, unknown
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array, quaternion_exp, quaternion_to_matrix, rotation_log
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Frame

@@ -5,7 +5,6 @@ channels of a run: accelerations, forces of the laws, tooth loads, loop reaction
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
@@ -16,6 +15,7 @@ from mechlab.engines.pinocchio.quantities import Quantities
 from mechlab.engines.state import Instant, LoopLoads, MotionForces
 from mechlab.errors import NoSolution
 from mechlab.experiment.recording import force_unit, over_samples, run_channels
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array, cross
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.statics import spring_pull

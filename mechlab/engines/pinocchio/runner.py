@@ -6,7 +6,7 @@ import platform
 import threading
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import lru_cache
 
 import numpy as np
@@ -42,6 +42,7 @@ from mechlab.experiment.recording import (
 )
 from mechlab.experiment.scene import PINOCCHIO_INTEGRATORS, Scene, Settings, initial_state, sample_grid
 from mechlab.integrate import RK4, integrate_adaptive, integrate_fixed
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 

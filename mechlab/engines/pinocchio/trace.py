@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
@@ -26,6 +25,7 @@ from mechlab.experiment.prices import CONSTRAINED, price_of_laws
 from mechlab.experiment.recording import Trace
 from mechlab.experiment.scene import Scene, Settings, initial_state
 from mechlab.integrate import count_work, integrate_adaptive, integrate_lsoda
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Spring

@@ -7,7 +7,6 @@ so that a model of its own for each few of them gives the same poses, Jacobians,
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ import pinocchio as pin
 
 from mechlab.errors import EngineMissing
 from mechlab.experiment.tree_plant import MassShare
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 
 LARGE = 60

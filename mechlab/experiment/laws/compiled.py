@@ -9,7 +9,6 @@ law is called as it is, with the time and the plant. Where all laws are affine, 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 from mechlab.experiment.laws.formula import Affine, Formula
 from mechlab.experiment.laws.protocol import Law, LawStates, Plant
 from mechlab.experiment.motion_basis import TimeBasis
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 

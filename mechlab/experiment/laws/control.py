@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -13,6 +12,7 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.laws.formula import Affine, Formula, within
 from mechlab.experiment.laws.protocol import OnOne, Plant, register
 from mechlab.experiment.motion import PrescribedMotion
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 

@@ -10,9 +10,9 @@ A law that has `formulas()` is compiled (`mechlab.experiment.laws.compiled`); it
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from mechlab.experiment.motion import PrescribedMotion
+from mechlab.lazy_dataclass import dataclass
 
 Named = tuple[tuple[str, float], ...]
 """Pairs of a joint or shaft and its gain."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -14,6 +13,7 @@ from mechlab.errors import explained
 from mechlab.experiment.laws.formula import Affine, Formula
 from mechlab.experiment.laws.protocol import Law, OnOne, Plant, register
 from mechlab.experiment.motion import Polyline, Sine
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 

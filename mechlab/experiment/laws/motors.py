@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -13,6 +13,7 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.laws.formula import Affine, Formula
 from mechlab.experiment.laws.protocol import OnOne, Plant, register
 from mechlab.experiment.motion import PrescribedMotion
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 
 

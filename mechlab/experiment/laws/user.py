@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass, replace
 from typing import ClassVar
 
 from mechlab.errors import MechlabError
 from mechlab.experiment.laws.loads import Constant
 from mechlab.experiment.laws.protocol import Law, OnOne, Plant, register
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.model import Mechanism
 from mechlab.values import Quantity, in_unit, one_number
 

@@ -8,7 +8,7 @@ have no place in the format.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +20,7 @@ from mechlab.formats.exports.graph import Exported
 from mechlab.formats.loops_yaml import extended_yaml
 from mechlab.formats.urdf import MASSLESS, to_urdf, unmimicked, urdf_map
 from mechlab.formats.write import write_meshes
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import IDENTITY, Placement
 from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.model import Mechanism

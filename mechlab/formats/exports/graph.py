@@ -8,13 +8,14 @@ same place in both links, so all joints are 0 there.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 
 import numpy as np
 
 from mechlab.experiment.model_file import LeftOut
 from mechlab.formats.urdf import ROOT
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import IDENTITY, Placement, Vector
 from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.model import Mechanism

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.parts import Control, Drive
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from mechlab.formats.mjcf.control import LinearActuator, drive_of
 from mechlab.formats.mjcf.read_tree import BodyTree
 from mechlab.formats.mjcf.source import MjcfText, Names, fail, one, refuse
 from mechlab.formats.xml_text import floats, label
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.parts import Coefficients, Drive, Shaft, Spring, Winding
 
 Terms = tuple[tuple[str, float], ...]

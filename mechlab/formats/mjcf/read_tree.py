@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as ET
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
 from mechlab.formats.mjcf.source import MjcfText, Names, along, fail, one, refuse
 from mechlab.formats.mjcf.write_loops import BASE, scaled
 from mechlab.formats.xml_text import floats
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import IDENTITY, Placement, Vector, unit
 from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.parts import GROUND, Body, Color, Joint, Shape, floating, shape

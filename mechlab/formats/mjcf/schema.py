@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
+
+from mechlab.lazy_dataclass import dataclass
 
 REPLICATE = frozenset(("count", "sep", "offset", "euler", "prefix"))
 

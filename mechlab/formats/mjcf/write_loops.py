@@ -27,13 +27,14 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 from collections import Counter
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from mechlab.errors import MechlabError
 from mechlab.experiment.scene import Settings
 from mechlab.formats.xml_text import add
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.curve import CurveRelation
 from mechlab.mechanism.geometry import IDENTITY, Placement, Vector
 from mechlab.mechanism.inertia import Inertia

@@ -6,12 +6,13 @@ Events are found on the dense output of a step: a sliding element comes to rest,
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from mechlab.lazy_dataclass import dataclass
 
 Array = NDArray[np.float64]
 Modes = tuple[int, ...]

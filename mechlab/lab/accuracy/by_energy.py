@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -25,6 +24,7 @@ from mechlab.lab.accuracy.measure import (
 from mechlab.lab.accuracy.result import LIMITED_BY_ROUNDING, ROUNDING_COUNTS, NeighbourMotion, Solution, conclusion
 from mechlab.lab.accuracy.rules import EPSILON, RULES
 from mechlab.lab.methods import Problem
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.batch_tree import BatchRows, BatchTree
 from mechlab.mechanism.geometry import Array
 

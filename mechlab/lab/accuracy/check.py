@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from mechlab.lab.accuracy.measure import CostCounter, ErrorMeasure, largest
 from mechlab.lab.accuracy.result import MethodCheck
 from mechlab.lab.accuracy.rules import METHOD_RULES, RULES
 from mechlab.lab.methods import Method, Problem, Stepper
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 
 CHECK_ENGINES = ("mujoco", "pinocchio")

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import platform
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -33,6 +33,7 @@ from mechlab.lab.accuracy.solve import solve_to
 from mechlab.lab.design import Design
 from mechlab.lab.methods import Problem, has_kinks
 from mechlab.lab.problem_settings import other_softness
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.singularity import may_pass_singular
 from mechlab.mechanism.structure import structure

@@ -7,7 +7,6 @@ cubic with the fourth; it is seen by leaving out every second node, and BETWEEN 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache, partial
 from typing import Any
 
@@ -21,6 +20,7 @@ from mechlab.experiment.laws.compiled import CompiledLaws
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.tree_plant import TreePlant
 from mechlab.lab.accuracy.measure import largest
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.batch_dynamics import WIDE, BatchDynamics
 from mechlab.mechanism.free_directions import free_directions

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from copy import copy
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +30,7 @@ from mechlab.lab.accuracy.branch import CLOSED_TO, TURN, PoseBranch, candidate_j
 from mechlab.lab.accuracy.energies import EnergyFunction, energies_of
 from mechlab.lab.accuracy.measure import States
 from mechlab.lab.accuracy.orbit import EnergyOrbit, OrbitSearch
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.batch_tree import BatchRows, BatchTree
 from mechlab.mechanism.geometry import Array

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.interpolate import CubicSpline
 
 from mechlab.lab.accuracy.dense import cubic
 from mechlab.lab.accuracy.measure import ErrorMeasure, largest
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 
 

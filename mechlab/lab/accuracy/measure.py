@@ -9,7 +9,6 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
@@ -18,6 +17,7 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.recording import Recording, frame_positions
 from mechlab.integrate import work_done
 from mechlab.lab.methods import Problem
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.batch_tree import CACHED, BatchTree, Poses
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.length_unit import is_length

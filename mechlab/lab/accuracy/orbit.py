@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 from mechlab.errors import NoSolution
 from mechlab.lab.accuracy.branch import NEARLY_CLOSED, STRIDE, TURN, PoseBranch
 from mechlab.lab.accuracy.energies import EnergyFunction, OneJointEnergies
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 
 TIME_MARGIN = 1.02

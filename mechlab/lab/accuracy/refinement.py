@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from mechlab.lab.accuracy.next_step import FINE, RATIOS, first_step, next_tolera
 from mechlab.lab.accuracy.result import NeighbourMotion
 from mechlab.lab.accuracy.rules import EPSILON, EXTRAPOLATED, LOOPS_HOPED, LOOPS_ORDER, RULES, MethodRule
 from mechlab.lab.methods import Method, Problem, has_kinks
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 
 CAPTURE_SHARE = 0.5

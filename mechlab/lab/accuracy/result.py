@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Settings
 from mechlab.lab.accuracy.measure import ContinuousMotion, ErrorMeasure
 from mechlab.lab.accuracy.rules import RULES
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 
 

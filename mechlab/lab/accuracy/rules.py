@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from mechlab.lab.methods import METHODS, Method, Problem
+from mechlab.lazy_dataclass import dataclass
 
 
 @dataclass(frozen=True)

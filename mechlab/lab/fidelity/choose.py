@@ -7,7 +7,6 @@ the richest one; otherwise the error is measured by running both.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -17,6 +16,7 @@ from mechlab.experiment.scene import NEEDS, Scene
 from mechlab.lab.design import AUTO, Design
 from mechlab.lab.fidelity.measure import Agreement, FidelityError, agreement, error_against
 from mechlab.lab.single_run import single_run
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.model import Mechanism
 
 CLOSED_FORM = "kinematic"

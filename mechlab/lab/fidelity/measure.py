@@ -10,7 +10,7 @@ A fidelity is an exact reduction of another where both have the same acceleratio
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.laws import applied_force
 from mechlab.experiment.recording import Recording, basic_channels
 from mechlab.experiment.scene import Scene, initial_state
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics, close, integrate, newton
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.statics import DryFriction

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -13,6 +12,7 @@ from mechlab.analytic.power_flow import TrainMesh
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.question import Answer
 from mechlab.lab.design import Design
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import GROUND, Mechanism
 from mechlab.mechanism.angle_basis import AngleBasis, dependent_angles
 from mechlab.mechanism.geometry import Array

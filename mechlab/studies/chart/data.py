@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from mechlab.lazy_dataclass import dataclass
 from mechlab.results import Result, Shown
 
 

@@ -8,7 +8,7 @@ unseen.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +18,7 @@ import numpy as np
 from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.lab.single_run import versions
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.chart.advice import flat_defaults, recommend
 from mechlab.studies.chart.data import Chart, ChartPoint

@@ -13,7 +13,7 @@ import math
 import statistics
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import partial
 from importlib import metadata
 
@@ -26,6 +26,7 @@ from mechlab.experiment.recording import Recording, Trace
 from mechlab.lab.accuracy.solve import solve_to
 from mechlab.lab.methods import PEER_METHODS, Method, Problem
 from mechlab.lab.run import run_scene
+from mechlab.lazy_dataclass import dataclass
 from mechlab.progress import silent
 from mechlab.studies.chart.data import DIVERGED, NOT_RUN, OK, ChartPoint, PeerRow, PeerTable
 from mechlab.studies.chart.score import Reference, score

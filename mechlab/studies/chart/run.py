@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -25,6 +24,7 @@ from mechlab.lab.design import Design
 from mechlab.lab.fidelity.choose import chosen_scene
 from mechlab.lab.methods import METHODS, PEER_METHODS, TOLERANCES, Method, Problem, steps
 from mechlab.lab.single_run import versions
+from mechlab.lazy_dataclass import dataclass
 from mechlab.progress import silent
 from mechlab.studies.chart.advice import flat_defaults, recommend
 from mechlab.studies.chart.data import DIVERGED, FEWEST, NOT_RUN, OK, PUBLISHED, Chart, ChartPoint

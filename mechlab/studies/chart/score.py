@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from mechlab.experiment.acting import is_rough
 from mechlab.experiment.energy import dissipation, energy, energy_finding
 from mechlab.experiment.recording import Recording, Trace, basic_channels
 from mechlab.lab.methods import METHODS, Problem
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import ConstraintSet, TreeKinematics
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.named.runs import channel

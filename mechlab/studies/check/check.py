@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from mechlab.errors import EngineMissing, MechlabError
 from mechlab.experiment.entry import Check, CheckResult, Entry
 from mechlab.kit.path_motion import keeping
 from mechlab.lab.design import Design
+from mechlab.lazy_dataclass import dataclass
 from mechlab.progress import counted, silent
 from mechlab.results import Shown
 from mechlab.studies.check.generic_checks import generic_checks

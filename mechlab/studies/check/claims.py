@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from mechlab.experiment.entry import Claim, ClaimResult, Entry, Verdict
 from mechlab.experiment.figure import SourceFigure
 from mechlab.experiment.publication import Publication
+from mechlab.lazy_dataclass import dataclass
 from mechlab.progress import counted, silent
 from mechlab.results import Shown
 from mechlab.studies.check.figures import Drawn, described

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from textwrap import fill
 from typing import Any
@@ -14,6 +13,7 @@ from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.entry import Entry
 from mechlab.experiment.figure import Curve, Drawing, Panel, SourceFigure
 from mechlab.files import unfinished
+from mechlab.lazy_dataclass import dataclass
 from mechlab.studies.picture_style import fewer_colors, new_figure, open_frame
 
 SUFFIXES = (".png", ".svg", ".pdf", ".gif")

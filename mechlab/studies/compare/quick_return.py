@@ -7,7 +7,7 @@ force F on the slow stroke asks for the drive torque F ds/dphi (virtual work, no
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import pi
 from typing import Any
 
@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.experiment.entry import Entry
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.compare.result import Column, Comparison, Panel, Row
 from mechlab.studies.cycle.cycle import run_cycle

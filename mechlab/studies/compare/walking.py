@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.experiment.entry import Entry
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.compare.result import Column, Comparison, Panel, Row
 from mechlab.studies.cycle.cycle import run_cycle

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from mechlab.experiment.laws import Constant
 from mechlab.experiment.parameters import checked, mechanism_units
 from mechlab.experiment.recording import basic_channels
 from mechlab.experiment.scene import Scene
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.length_unit import is_length

@@ -6,7 +6,6 @@ Forces are computed by Pinocchio and, at a few positions, by MuJoCo for comparis
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -14,6 +13,7 @@ from scipy.optimize import minimize_scalar
 from mechlab.engines.own.closed_path import PathPoint
 from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import GROUND, Mechanism, TreeKinematics
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.length_unit import is_length

@@ -6,7 +6,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.question import Answer, Answers, Question
 from mechlab.files import write
 from mechlab.kit.links_file import read_links
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Status
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.direct.keys import known_keys, number_of

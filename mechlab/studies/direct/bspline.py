@@ -8,7 +8,6 @@ which knows nothing of arc lengths along the way.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from mechlab.analytic.bspline import BSpline, SpeedLaw, Travel, arc_length, quad
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.question import Answer, Answers, Question
 from mechlab.kit.curve_file import read_curve
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Status
 from mechlab.studies.direct.keys import known_keys, number_of
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ import numpy as np
 from mechlab.analytic.regions import EXACT, SMOOTH, Algebra, FloatArray, indicator
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.question import Answer, Answers, Question
+from mechlab.lazy_dataclass import dataclass
 from mechlab.studies.direct.keys import known_keys, number_of
 
 NAME = "regions"

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from mechlab.experiment.question import Answers, Question
+from mechlab.lazy_dataclass import dataclass
 from mechlab.studies.direct import assur, bspline, regions, toolpath
 
 

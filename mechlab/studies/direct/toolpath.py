@@ -7,7 +7,6 @@ A curve has no bodies, drives or scenes, so it is no catalog entry but a single 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -27,6 +26,7 @@ from mechlab.analytic.bspline import (
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.question import Answer, Answers, Question
 from mechlab.kit.curve_file import read_curve
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Status
 from mechlab.studies.direct.keys import known_keys, number_of
 

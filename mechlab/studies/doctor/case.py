@@ -6,7 +6,7 @@ from __future__ import annotations
 import copy
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +20,7 @@ from mechlab.formats.mjcf.write import to_mjcf
 from mechlab.formats.model_text import read_text, refuse_far_files
 from mechlab.formats.soundness import sound
 from mechlab.formats.xml_text import parse
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.redundancy import Redundancy
 from mechlab.results import Shown

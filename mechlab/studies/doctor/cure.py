@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +19,7 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.model_file import ModelFile
 from mechlab.files import write
 from mechlab.formats.model_text import read_text
+from mechlab.lazy_dataclass import dataclass
 from mechlab.results import Shown
 from mechlab.studies.doctor.case import Diagnosis, ExaminedFile, read_case
 from mechlab.studies.doctor.diagnose import diagnose

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any
 
 from mechlab.lab.fidelity.measure import FidelityError
+from mechlab.lazy_dataclass import dataclass
 from mechlab.results import Result
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -19,6 +18,7 @@ from mechlab.lab.ask import asked_mechanism, generic_question
 from mechlab.lab.design import Design
 from mechlab.lab.problem_settings import with_static_motors
 from mechlab.lab.single_run import analytic_run, chosen_settings, compared_run, complete
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.structure import structure
 from mechlab.studies.fit.table import TIME, MeasuredTable

@@ -8,13 +8,14 @@ the unknowns is chi^2 / (n - p) V diag(1/s^2) V'. Source: Seber & Wild 2003, cha
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from scipy.optimize import least_squares
 
 from mechlab.errors import MechlabError
 from mechlab.lab.design import Design
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.fit.predictions import Predictions
 from mechlab.studies.fit.unknowns import FitUnknown, applied

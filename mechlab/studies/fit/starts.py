@@ -9,13 +9,13 @@ smaller D fits as well, and the data cannot tell which is true.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from scipy.stats import qmc
 
 from mechlab.errors import MechlabError
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.fit.solve import FitProblem, first_noise, search
 from mechlab.studies.fit.unknowns import FitUnknown

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.parameters import ParameterInfo, describe, mechanism_units
 from mechlab.lab.design import Design, initial_keys
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.named.number import varied

@@ -11,7 +11,7 @@ mechanism: `state` gives x from coordinates and rates, so that commands = at_res
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -22,6 +22,7 @@ from mechlab.experiment.laws import Law, Servo
 from mechlab.experiment.motion import Hold
 from mechlab.experiment.scene import initial_pose
 from mechlab.lab.design import Design, with_extra
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array, quaternion_to_matrix, rotation_log
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Drive

@@ -5,7 +5,7 @@ Newton's method on the constraint manifold finds the pose in which weight, sprin
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.laws import DcMotor, Law, applied_force
 from mechlab.experiment.scene import Scene
 from mechlab.experiment.tree_plant import TreePlant
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.studies.modes.eigen import Dynamics, LinearMotion, linear

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from mechlab.experiment.scene import Scene, initial_pose
 from mechlab.lab.design import Design, with_extra
 from mechlab.lab.fidelity.choose import chosen_scene
 from mechlab.lab.single_run import versions
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.structure import step_size, structure

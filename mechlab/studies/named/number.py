@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from mechlab.errors import MechlabError
 from mechlab.experiment.parameters import ParameterInfo, describe
 from mechlab.lab.design import Design, design
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 
 SINGLE_NUMBERS = ("number", "integer", "ratio")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from mechlab.errors import MechlabError, UsageError, unknown
 from mechlab.experiment.parameters import coerce
 from mechlab.lab.design import Design
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.named.number import SINGLE_NUMBERS, parameter_infos, varied
 from mechlab.studies.optimize.quantity import QuantitySet

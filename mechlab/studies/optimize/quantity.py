@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from mechlab.experiment.question import Question
 from mechlab.kit.quantities import quantities
 from mechlab.lab.ask import asked_mechanism
 from mechlab.lab.design import Design
+from mechlab.lazy_dataclass import dataclass
 from mechlab.studies.cycle.cycle import run_cycle
 from mechlab.studies.named.answers import witness_answer
 from mechlab.studies.named.number import OF_COURSE, SINGLE_NUMBERS, NamedNumber, keys_to_give, parameter_infos

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any
 
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Status
 from mechlab.results import Shown
 from mechlab.studies.named.number import parameter_values

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -13,6 +13,7 @@ from mechlab.experiment.question import Question
 from mechlab.lab.ask import ask, generic_question
 from mechlab.lab.design import Design
 from mechlab.lab.run import run_scene
+from mechlab.lazy_dataclass import dataclass
 from mechlab.studies.cycle.cycle import run_cycle
 from mechlab.studies.named.answers import single_number, witness_answer
 from mechlab.studies.named.number import NamedNumber, reduced_finite

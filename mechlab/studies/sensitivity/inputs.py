@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.experiment.parameters import ParameterInfo, describe
 from mechlab.lab.design import Design
+from mechlab.lazy_dataclass import dataclass
 from mechlab.studies.named.number import varied
 
 WHY = {

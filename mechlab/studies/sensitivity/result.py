@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
 
 from mechlab.experiment.question import Answers
+from mechlab.lazy_dataclass import dataclass
 from mechlab.results import Shown
 from mechlab.studies.sensitivity.derivatives import NAMED, ToleranceCorners
 

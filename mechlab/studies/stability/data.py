@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import Enum
 from pathlib import Path
 from typing import Any
 
 from mechlab.errors import MechlabError, unknown
+from mechlab.lazy_dataclass import dataclass
 from mechlab.results import Result
 
 

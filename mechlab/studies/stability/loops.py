@@ -7,7 +7,7 @@ passes a singular position (a parallelogram), the rows approach the given length
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -16,6 +16,7 @@ from mechlab.engines.own.closed_path import ClosedPath, choose_path
 from mechlab.errors import MechlabError
 from mechlab.experiment.scene import Scene
 from mechlab.lab.methods import Method, Problem
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
 from mechlab.mechanism.parts import GROUND, Loop
 from mechlab.mechanism.structure import rank, structure

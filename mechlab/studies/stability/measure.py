@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from mechlab.experiment.prices import OBSERVED_POSE
 from mechlab.experiment.recording import Trace
 from mechlab.integrate import OutOfWork, count_work, work_done, work_limit
 from mechlab.lab.methods import METHODS, Method, Problem, method
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.stability.data import MethodPanel, RunOutcome, StabilityCell

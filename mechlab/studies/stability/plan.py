@@ -4,7 +4,7 @@ constraints."""
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from mechlab.experiment.recording import Trace
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.lab.design import Design
 from mechlab.lab.methods import Method, Problem, method
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism
 from mechlab.studies.stability.data import StabilityAxis, Theory
 from mechlab.studies.stability.vary import with_mechanism, without_ranges

@@ -9,7 +9,6 @@ one undamped mode omega: h = 2 / omega (semi-implicit Euler), 2.828 / omega (RK4
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from mechlab.experiment.acting import held_drives
 from mechlab.experiment.laws import DcMotor, Law, Motor, OneSidedStop, Servo, Viscous
 from mechlab.experiment.scene import Scene, initial_state
 from mechlab.lab.methods import Method, Problem
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import integrate

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import re
 from collections.abc import Mapping, Sequence, Set
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from mechlab.experiment.recording import Recording
 from mechlab.lab.ask import asked_mechanism
 from mechlab.lab.design import Design, initial_keys
 from mechlab.lab.fidelity.choose import chosen_scene
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism
 from mechlab.studies.check.check import checks_of
 from mechlab.studies.named.answers import question_taking, witness_answer

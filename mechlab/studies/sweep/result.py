@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ import numpy as np
 from mechlab.errors import EngineMissing, MechlabError, install_extra, unknown
 from mechlab.files import unfinished
 from mechlab.formats.json_text import parse
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.results import Shown
 from mechlab.studies.sweep.request import BAD_INPUT, GOOD, METHODS, NO_SOLUTION, UNTRUSTED, SweepAxis, SweepRequest

@@ -4,7 +4,7 @@ loads, or parameters that leave the structure of the model."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings, initial_state
 from mechlab.lab.design import AUTO, Design
 from mechlab.lab.problem_settings import settings_for
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.batch_tree import BatchTree
 from mechlab.mechanism.geometry import Array

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from mechlab.errors import NoSolution
 from mechlab.experiment.entry import Entry
 from mechlab.kit.path_motion import EngineMotion
 from mechlab.lab.design import design
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 
 STEP = math.radians(10.0)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.newton import Status
 from mechlab.results import Shown
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 
 import numpy as np
 
 from mechlab.engines.protocol import StatePlant
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array, axis_rotation, rotation_log
 
 CENTRE = "center_of_mass_of_"

@@ -15,11 +15,11 @@ second derivative that least squares leave out, for levers of the size of the me
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from mechlab.errors import EngineMissing
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 
 RANK = 1e-9

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from mechlab.errors import MechlabError, unknown
 from mechlab.kit.quantities import quantities
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.length_unit import is_length
 from mechlab.mechanism.model import Mechanism

@@ -7,10 +7,10 @@ Tasks of one priority share by their weights.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 from mechlab.errors import explained
+from mechlab.lazy_dataclass import dataclass
 from mechlab.values import Numbers, Value
 
 Row = Numbers | Sequence[float]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import partial
 from typing import Any
 
@@ -15,6 +15,7 @@ from mechlab.experiment.entry import Coordinates, WorkspaceMap, WorkspaceRecipe
 from mechlab.experiment.question import Answer, Question
 from mechlab.lab.ask import asked_mechanism, generic_question, in_si, numeric
 from mechlab.lab.design import Design
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Status
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.named.answers import (

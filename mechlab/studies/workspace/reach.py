@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize.elementwise import find_root
@@ -11,6 +10,7 @@ from scipy.optimize.elementwise import find_root
 from mechlab.analytic.regions import Clause, Region
 from mechlab.errors import MechlabError
 from mechlab.experiment.entry import WorkspaceMap, WorkspaceRecipe
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 
 RAYS, ROUNDS, CLOSER = 72, 3, 17

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from mechlab.analytic.regions import Region
 from mechlab.errors import EngineMissing, MechlabError, NoSolution, install_extra, unknown
 from mechlab.files import write
 from mechlab.lab.design import Design
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.results import Shown
 from mechlab.studies.named.number import parameter_values

@@ -4,7 +4,7 @@ regions."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from math import prod
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from mechlab.analytic.regions import Region
 from mechlab.experiment.entry import WorkspaceMap
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.studies.workspace.grid import SLAB, WorkspaceGrid
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -17,6 +16,7 @@ from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.model_file import ModelFile
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.formats.model_text import read_text
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.assembly import close
 from mechlab.mechanism.geometry import Array
 

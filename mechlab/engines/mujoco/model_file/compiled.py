@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 
 import mujoco
@@ -10,6 +10,7 @@ import mujoco
 from mechlab.engines.mujoco.model_file.guarded import ModelRefused, load_file
 from mechlab.errors import MechlabError
 from mechlab.experiment.model_file import LeftOut, unnamed
+from mechlab.lazy_dataclass import dataclass
 
 OBJECT = mujoco.mjtObj
 

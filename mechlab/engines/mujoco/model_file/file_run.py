@@ -6,7 +6,6 @@ The cost of a step is counted by its numbers of coordinates and rows, not by a c
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TypeVar
 
 import mujoco
@@ -18,6 +17,7 @@ from mechlab.engines.mujoco.model_file.start import start_data
 from mechlab.engines.mujoco.model_file.trace import HARD, INTEGRATORS, at_timestep
 from mechlab.engines.state import RATE_LIMIT
 from mechlab.experiment.prices import MUJOCO
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 
 OUTPUTS = 20

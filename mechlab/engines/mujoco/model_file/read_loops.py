@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import mujoco
 import numpy as np
@@ -12,6 +12,7 @@ from mechlab.engines.mujoco.model_file.read_tendons import Tendons
 from mechlab.engines.mujoco.model_file.read_tree import CompiledTree, placement, site_place, switched_off, vector
 from mechlab.formats.mjcf.read_drives import Terms, coupled
 from mechlab.formats.mjcf.source import Names
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.curve import CurveRelation, polynomial
 from mechlab.mechanism.geometry import Placement
 from mechlab.mechanism.parts import LinearRelation, Loop

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import mujoco
 import numpy as np
@@ -12,6 +12,7 @@ from mechlab.engines.mujoco.model_file.read_tree import CompiledTree, actuators_
 from mechlab.formats.json_text import exact
 from mechlab.formats.mjcf.read_drives import Terms
 from mechlab.formats.mjcf.source import Names
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Placement
 from mechlab.mechanism.parts import Shaft, Spring
 

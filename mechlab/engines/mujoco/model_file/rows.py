@@ -5,7 +5,6 @@ the structure of the model (freedoms, redundant rows) by the rank of the rows at
 from __future__ import annotations
 
 import copy
-from dataclasses import dataclass
 
 import mujoco
 import numpy as np
@@ -13,6 +12,7 @@ import numpy as np
 from mechlab.engines.mujoco.closure import equality_rows
 from mechlab.engines.mujoco.control import engine
 from mechlab.engines.mujoco.model_file.spins import local_freedoms
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.redundancy import Redundancy, repetitions
 from mechlab.mechanism.structure import null_space

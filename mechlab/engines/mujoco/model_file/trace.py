@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +20,7 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.errors import observed_order, order_finding
 from mechlab.experiment.prices import MUJOCO
 from mechlab.experiment.recording import Finding
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 
 INTEGRATORS = {

@@ -8,7 +8,7 @@ free motions, and what it shows is said to be under that push.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import mujoco
@@ -20,6 +20,7 @@ from mechlab.engines.mujoco.model_file.rows import free_push, loops
 from mechlab.engines.mujoco.model_file.start import start_pose
 from mechlab.engines.mujoco.model_file.trace import FILE_STEPS, FileTrace, file_order
 from mechlab.experiment.recording import Finding, Symptom
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
 
 DURATION, MOST_STEPS = 0.5, 500

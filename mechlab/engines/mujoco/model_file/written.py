@@ -9,7 +9,7 @@ servos, are tried in turn.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -24,6 +24,7 @@ from mechlab.engines.mujoco.trace import step_through
 from mechlab.experiment.recording import Symptom
 from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Settings
 from mechlab.formats.mjcf.write import to_mjcf
+from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism
 
 DURATION, MOST_STEPS, OUTPUTS = 1.0, 8000, 20
