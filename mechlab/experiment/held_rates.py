@@ -192,6 +192,13 @@ class HeldRates:
         return [min(max(x, h.low), h.high) for x, h in zip(best, self.holds, strict=True)]
 
 
+def without_holds(laws: tuple[Law, ...]) -> tuple[tuple[Law, ...], tuple[RateHold, ...]]:
+    """The laws of a scene without those that hold rates, and the holds of these."""
+    holding = [law for law in laws if isinstance(law, HeldRates)]
+    others = tuple(x for law in laws for x in (law.laws if isinstance(law, HeldRates) else (law,)))
+    return others, tuple(h for law in holding for h in law.holds)
+
+
 def captured(laws: Sequence[Law], factor: float) -> tuple[Law, ...]:
     """The laws, with the capture times of held rates times `factor`: they have to be refined with the timestep."""
     return tuple(replace(law, time=factor * law.time) if isinstance(law, HeldRates) else law for law in laws)

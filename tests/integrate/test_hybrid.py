@@ -99,6 +99,47 @@ def test_modes_at_rest_follow_from_the_force() -> None:
     assert modes_at(problem, 0.0, y) == (0, -1, 1)
 
 
+class Held(Blocks):
+    """Blocks whose holding forces have bounds of their own and hold rates other than 0."""
+
+    def __init__(self, limits, targets, force):
+        super().__init__([0.0] * len(limits), limits, force)
+        self.targets = np.array(targets, dtype=float)
+
+    def slope(self, t, y, modes):
+        n = len(self.k)
+        return np.concatenate([y[n:], self.push(t, y) + self.holding(t, y, modes)])
+
+    def holding(self, t, y, modes):
+        m, (low, high) = np.array(modes), self.limits.T
+        return np.where(m == 0, -self.push(t, y), np.where(m > 0, low, high))
+
+    def settle(self, t, y, modes):
+        out, n = y.copy(), len(self.k)
+        out[n:][np.array(modes) == 0] = self.targets[np.array(modes) == 0]
+        return out
+
+
+def test_a_bounded_force_brings_a_rate_to_its_target_and_keeps_it() -> None:
+    """Unit mass, push 1, force in -3..2, target 4 from rate 10: it slows by 2 until t = 3, x = 10 t - t^2, and keeps 4 from there."""
+    t = np.array([1.0, 3.0, 5.0])
+    done = integrate_hybrid(Held([[-3.0, 2.0]], [4.0], lambda t: 1.0), [0.0, 10.0], [0.0, *t], rtol=1e-12)
+    assert np.allclose(done.y[1:, 1], [8.0, 4.0, 4.0], atol=1e-11) and np.allclose(done.y[1:, 0], [9.0, 21.0, 29.0], atol=1e-10)
+    # the sample at the event shows what comes after it, wherever rounding puts the event
+    assert done.modes[:, 0].tolist() == [1, 1, 0, 0] and math.isclose(done.events[0].t, 3.0, abs_tol=1e-11)
+
+
+def test_an_unbounded_force_holds_from_the_start_and_one_way_only() -> None:
+    """Two one-way stops, force at least 0: one is pushed against its stop by cos t until t = pi/2 and is at its target -1 at once; the
+    other one is free from the start."""
+    force = lambda t: np.array([-math.cos(t), 1.0])  # noqa: E731
+    done = integrate_hybrid(Held([[0.0, math.inf]] * 2, [-1.0, 0.0], force), [0.0, 0.0, -2.0, 0.0], [0.0, 1.0, 3.0], rtol=1e-12)
+    assert done.y[0, 2] == done.y[1, 2] == -1.0 and done.modes[:, 0].tolist() == [0, 0, 1]
+    assert math.isclose(done.events[0].t, math.pi / 2, abs_tol=1e-8)  # the grazing share of 1e-9
+    assert math.isclose(done.y[2, 2], -1.0 + 1.0 - math.sin(3.0), abs_tol=1e-8)
+    assert np.allclose(done.y[1:, 3], [1.0, 3.0], atol=1e-11) and done.modes[:, 1].tolist() == [1, 1, 1]
+
+
 def test_without_friction_it_is_plain_dop853() -> None:
     class Free:
         limits, rates = np.zeros(0), np.zeros((0, 2))

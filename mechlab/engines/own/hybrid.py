@@ -1,7 +1,8 @@
-"""Engine `hybrid`: the equations of motion of another engine (EQUATIONS_OF) with set-valued dry friction, not smoothed.
+"""Engine `hybrid`: the equations of motion of another engine (EQUATIONS_OF) with set-valued dry friction, not smoothed, and with held
+rates (`mechlab.experiment.held_rates`) that are held exactly instead of captured in a short time.
 
-DOP853 between located events (a rate that reaches 0 sticks, a friction force that reaches its limit breaks away), in parts that
-start on the constraints. The finding "friction" counts the events and the time that each joint or shaft stood still.
+DOP853 between located events (a rate that reaches its target sticks, a force that reaches its bound breaks away), in parts that
+start on the constraints. The finding "friction" counts the events and the time for which each rate was held.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.acting import is_rough
 from mechlab.experiment.energy import energy_finding
 from mechlab.experiment.findings import kinematic_findings, saturation_finding, stopped_finding
+from mechlab.experiment.held_rates import without_holds
 from mechlab.experiment.laws import Law
 from mechlab.experiment.prices import EQUATIONS, Price
 from mechlab.experiment.recording import Cost, Finding, Health, Recording, over_samples
@@ -34,18 +36,23 @@ EQUATIONS_OF = "pinocchio"
 
 
 class RoughEquations:
-    """Equations of a mechanism with set-valued dry friction: a `mechlab.integrate.RoughProblem` over an engine's equations.
+    """Equations of a mechanism with set-valued dry friction and held rates: a `mechlab.integrate.RoughProblem` over an engine's equations.
 
-    A sliding element carries -mode limit; a stuck one (mode 0) is one more constraint row, rate = 0, whose reaction is its
-    friction force. Work and everything else as in the engine's equations. `rows` (k, nv), `limits` (k,) [N m or N], `names` of the k
-    elements with dry friction; `rates` (k, state) picks their rates from a state.
+    A sliding element carries the bound against its mode; a stuck one (mode 0) is one more constraint row, rate = target, whose reaction
+    is its force. Work and everything else as in the engine's equations. `rows` (k, nv), `limits` (k, 2) [N m or N], `targets` (k,) [rad/s
+    or m/s] and `names` of the k elements, dry friction of the mechanism first; `rates` (k, state) picks their rates from a state.
     """
 
     def __init__(self, mechanism: Mechanism, laws: tuple[Law, ...]) -> None:
+        laws, self.holds = without_holds(laws)
         self.equations = engine(EQUATIONS_OF).equations(mechanism, laws, 0.0)
         self.plant = self.equations.plant
-        friction = DryFriction.of(mechanism)
-        self.rows, self.limits, self.names = friction.rows, friction.sizes, friction.names
+        friction, held = DryFriction.of(mechanism), [sum(c * mechanism.row(n) for n, c in h.terms) for h in self.holds]
+        self.names = (*friction.names, *(" and ".join(n for n, _ in h.terms) for h in self.holds))
+        self.rows = np.vstack([friction.rows, np.reshape(held, (-1, mechanism.nv))])
+        low, high = [*-friction.sizes, *(h.low for h in self.holds)], [*friction.sizes, *(h.high for h in self.holds)]
+        self.limits = np.stack([low, high], axis=1)
+        self.targets = np.array([*(0.0 for _ in friction.names), *(h.rate for h in self.holds)])
         size = mechanism.nq + mechanism.nv + len(self.equations.memory) + 1
         self.rates = np.zeros((len(self.limits), size))
         self.rates[:, mechanism.nq : mechanism.nq + mechanism.nv] = self.rows
@@ -56,15 +63,21 @@ class RoughEquations:
         """Whether states must be projected: onto loops and relations, or to quaternions of unit length."""
 
     def instant(self, t: float, y: Array) -> Instant:
-        """Accelerations, reactions and forces at a state in the present modes."""
+        """Accelerations, reactions and forces at a state in the present modes; the holding forces count to those of the laws."""
         found: Instant = self.equations.instant(t, y, self._forward)
-        return found
+        if not self.holds:
+            return found
+        forces = dict(found.forces)
+        for hold, f in zip(self.holds, self._friction[len(self.names) - len(self.holds) :].tolist(), strict=True):
+            for name, c in hold.terms:
+                forces[name] = forces.get(name, 0.0) + c * f
+        return replace(found, forces=forces)
 
     def _forward(self, force: Array) -> tuple[Array, Array, Array]:
         """Force with friction, accelerations, reactions of the constraint rows; see `Equations.forward` of the engine."""
-        modes = np.array(self.modes, dtype=float)
-        self._friction = friction = -modes * self.limits
-        stuck = modes == 0.0
+        modes = np.array(self.modes)
+        self._friction = friction = np.where(modes == 0, 0.0, np.where(modes > 0, *self.limits.T))
+        stuck = modes == 0
         sliding = force + self.rows.T @ friction
         if not stuck.any():
             return sliding, *self.plant.accelerations(sliding)
@@ -94,10 +107,10 @@ class RoughEquations:
         return np.asarray(self.equations.project(t, y))
 
     def settle(self, t: float, y: Array, modes: Modes) -> Array:
-        """The state with the rates of stuck elements zero: the smallest change of rates, measured by the kinetic energy."""
-        y = self.project(t, y)
+        """The state with the rates of stuck elements at their targets: the smallest change of rates, measured by the kinetic energy."""
+        y, stuck = self.project(t, y), np.array(modes) == 0
         plant = self.equations.move(t, y)
-        self.equations.split(y)[1][:] += plant.stopping(self.rows[np.array(modes) == 0])
+        self.equations.split(y)[1][:] += plant.stopping(self.rows[stuck], self.targets[stuck])
         return y
 
 
@@ -143,14 +156,15 @@ def recording_of(
 
 
 def _friction(motion: RoughEquations, parts: list[HybridTrajectory]) -> Finding:
-    """The finding "friction": number of events, and the time [s] that each joint or shaft stood still."""
+    """The finding "friction": number of events, and the time [s] for which each joint or shaft stood still or kept its rate."""
     names = motion.names
     if not names:
         return Finding("friction", 0.0, 0.0, "events", "ok", "no dry friction: plain DOP853")
     stuck = np.sum([p.stuck_time for p in parts], axis=0)
     events = sum(len(p.events) for p in parts)
-    spans = ", ".join(f"{n} stood still for {float(s):.6g} s" for n, s in zip(names, stuck, strict=False))
-    text = f"dry friction was followed through {events} events without smoothing; {spans}"
+    still = ("kept the held rate" if target or " and " in n else "stood still" for n, target in zip(names, motion.targets, strict=True))
+    spans = ", ".join(f"{n} {how} for {float(s):.6g} s" for n, how, s in zip(names, still, stuck, strict=True))
+    text = f"dry friction and held rates were followed through {events} events without smoothing; {spans}"
     return Finding("friction", float(events), 0.0, "events", "ok", text)
 
 
@@ -221,8 +235,8 @@ class Hybrid(Engine):
     def refuses(
         self, mechanism: Mechanism, scene: Scene, settings: Settings, constraints: str = "", friction: str = ""
     ) -> str:
-        """Refuses a mechanism without dry friction, which has no events."""
-        return "" if is_rough(mechanism) else "no dry friction: the same as Pinocchio DOP853"
+        """Refuses what has no events: no dry friction, no held rates."""
+        return "" if is_rough(mechanism) or without_holds(scene.laws)[1] else "no dry friction: the same as Pinocchio DOP853"
 
     def price(self, mechanism: Mechanism, laws: tuple[Law, ...]) -> Price:
         """The price of the factored equations."""

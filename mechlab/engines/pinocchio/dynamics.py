@@ -219,12 +219,14 @@ class PinPlant:
             return factors.correction(residual)
         return np.asarray(-np.linalg.lstsq(self.jacobian(), residual, rcond=1e-11)[0], dtype=float)
 
-    def stopping(self, held: Array) -> Array:
-        """(nv,) smallest change of the rates, measured by the kinetic energy, that stops the rows `held` (k, nv) and keeps the
-        constraints; 0 where the mass matrix is singular by itself."""
+    def stopping(self, held: Array, targets: ArrayLike = 0.0) -> Array:
+        """(nv,) smallest change of the rates, measured by the kinetic energy, that brings the rows `held` (k, nv) to the rates `targets`
+        (k,) and keeps the constraints; 0 where the mass matrix is singular by itself."""
         rows = self._with(held)
         factors = factor(self.mass_matrix(), rows)
-        return np.zeros(len(self.v)) if factors is None else factors.correction(rows @ self.v)
+        left = rows @ self.v
+        left[len(rows) - len(held) :] -= targets
+        return np.zeros(len(self.v)) if factors is None else factors.correction(left)
 
     def _with(self, held: Array) -> Array:
         """(rows + k, nv) constraint rows, then those held."""

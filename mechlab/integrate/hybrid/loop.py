@@ -51,6 +51,11 @@ def integrate_hybrid(
     return _Run(problem, t, y, rtol, atol, most_evaluations, max_step).go(modes)
 
 
+SAME_TIME = 1e-9
+"""A sample within this share of the time span of an event shows what comes after it: forces jump there, and where rounding puts the event
+must not decide what is seen."""
+
+
 class _Stop(Exception):
     def __init__(self, ending: Ending) -> None:
         self.ending = ending
@@ -82,12 +87,17 @@ class _Run:
 
     def go(self, modes: Modes | None) -> HybridTrajectory:
         problem = self.problem
-        self.modes = modes_at(problem, self.t, self.y) if modes is None else modes
+        if modes is None:
+            modes = modes_at(problem, self.t, self.y)
+            if any(m == 0 for m in modes):
+                self.taken[0] = self.y = np.asarray(problem.settle(self.t, self.y, modes))
+        self.modes = modes
         self.seen.append(self.modes)
         ending = Ending.COMPLETE
         try:
             while self.t < self.times[-1]:
                 self._segment()
+            self._record(lambda t: self.y, self.t, self.modes)
         except _Stop as stop:
             ending = stop.ending
         n = len(self.taken)
@@ -132,7 +142,7 @@ class _Run:
             found = finder.first(dense, solver.t_old, solver.t)
             self.evaluations += finder.evaluations
             end = solver.t if found is None else found[0]
-            self._record(dense, end, modes)
+            self._record(dense, end if found is None else end - SAME_TIME * (self.times[-1] - self.times[0]), modes)
             self.stuck += (end - self.t) * (np.array(modes) == 0)
             self.t, self.y = end, (solver.y.copy() if found is None else np.asarray(dense(end)))
             if found is not None:

@@ -20,10 +20,13 @@ Modes = tuple[int, ...]
 
 
 class RoughProblem(Protocol):
-    """Equations with dry friction: functions of (t, state) and the modes only."""
+    """Equations with dry friction: functions of (t, state) and the modes only.
+
+    An element may have `targets` (k,): it sticks where its rate is that instead of 0.
+    """
 
     limits: Array
-    """(k,) largest friction forces, > 0."""
+    """(k,) largest friction forces, > 0; or (k, 2) the bounds of the force, low <= 0 <= high, which may be infinite."""
     rates: Array
     """(k, n) rows: the rate of element i is rates[i] @ y."""
 
@@ -32,11 +35,11 @@ class RoughProblem(Protocol):
         ...
 
     def holding(self, t: float, y: Array, modes: Modes) -> Array:
-        """(k,) friction forces: of stuck elements those that keep them at rest, of the others -mode limit."""
+        """(k,) friction forces: of stuck elements those that keep them at rest, of the others the bound against their mode."""
         ...
 
     def settle(self, t: float, y: Array, modes: Modes) -> Array:
-        """The state with the rates of stuck elements exactly zero."""
+        """The state with the rates of stuck elements exactly at their targets."""
         ...
 
 
@@ -46,6 +49,26 @@ GRAZING = 1e-9
 """A holding force is beyond its limit when it exceeds it by this share: rounding must not break an element loose."""
 
 
+def slip(problem: RoughProblem, y: Array) -> Array:
+    """(k, ...) rates of the elements less their targets at a state (n,) or states (n, m)."""
+    found = problem.rates @ y
+    targets = getattr(problem, "targets", None)
+    return found if targets is None else found - np.reshape(targets, (-1, *[1] * (y.ndim - 1)))
+
+
+def bounds(problem: RoughProblem) -> Array:
+    """(k, 2) lowest and highest forces of the elements."""
+    limits = np.asarray(problem.limits, dtype=float)
+    return np.stack([-limits, limits], axis=1) if limits.ndim == 1 else limits
+
+
+def beyond(problem: RoughProblem, forces: Array) -> Array:
+    """(k,) by how much forces exceed their bounds (negative inside), as a share of the larger finite bound; of 1 without one."""
+    low, high = bounds(problem).T
+    size = np.maximum(*(np.where(np.isfinite(x), np.abs(x), 0.0) for x in (low, high)))
+    return np.asarray(np.maximum(forces - high, low - forces) / np.where(size > 0.0, size, 1.0))
+
+
 def floor(problem: RoughProblem, y: Array) -> Array:
     """(k,) largest rates that count as standstill, because rounding cannot tell them from zero."""
     return np.asarray(FLOOR * (1.0 + np.abs(problem.rates) @ np.abs(y)))
@@ -53,20 +76,22 @@ def floor(problem: RoughProblem, y: Array) -> Array:
 
 def modes_at(problem: RoughProblem, t: float, y: Array, modes: Modes | None = None, still: ArrayLike = ()) -> Modes:
     """The modes in which a state goes on: signs of the rates; elements at standstill, and those in `still`, stick if
-    their limits allow it, else they slide against the holding force. Modes of moving elements are kept when given."""
-    rate = problem.rates @ y
+    their limits allow it, else they slide against the holding force. Modes of moving elements are kept when given. An element
+    that an unbounded force would brake sticks at once: `settle` stops it."""
+    rate = slip(problem, y)
+    low, high = bounds(problem).T
     resting = {int(k) for k in np.flatnonzero(np.abs(rate) <= floor(problem, y))} | {
         int(k) for k in np.asarray(still, dtype=int)
-    }
+    } | {int(k) for k in np.flatnonzero(np.isinf(np.where(rate > 0.0, low, high)))}
     out = [0 if k in resting else (modes[k] if modes and modes[k] else int(np.sign(x))) for k, x in enumerate(rate)]
     for _ in range(len(out) + 1):
         stuck = [k for k in range(len(out)) if out[k] == 0]
         if not stuck:
             break
         force = problem.holding(t, y, tuple(out))
-        over = {k: abs(force[k]) / problem.limits[k] for k in stuck}
+        over = beyond(problem, force)
         worst = max(stuck, key=lambda k: over[k])
-        if over[worst] <= 1.0 + GRAZING:
+        if over[worst] <= GRAZING:
             break
         out[worst] = against(force[worst])
     return tuple(out)
@@ -91,14 +116,14 @@ class EventFinder:
     def __init__(self, problem: RoughProblem, y: Array, modes: Modes) -> None:
         self.problem, self.modes = problem, modes
         self.evaluations = 0
-        self.risen: list[bool] = list(np.array(modes) * (problem.rates @ y) > floor(problem, y))
+        self.risen: list[bool] = list(np.array(modes) * slip(problem, y) > floor(problem, y))
 
     def first(self, dense: Dense, t0: float, t1: float) -> tuple[float, int] | None:
         """Time and element of the first event of a step, if there is one."""
         best: tuple[float, int] | None = None
         points = np.linspace(t0, t1, LOOKS + 1)
         states = np.asarray(dense(points))
-        along = self.problem.rates @ states
+        along = slip(self.problem, states)
         least = floor(self.problem, states[:, -1])
         for k, mode in enumerate(self.modes):
             if mode:
@@ -113,10 +138,8 @@ class EventFinder:
         """When a sliding element comes to rest: the first change of sign after its rate has had the sign of its mode."""
         from scipy.optimize import brentq
 
-        row = self.modes[k] * self.problem.rates[k]
-
         def along(t: float) -> float:
-            return float(row @ dense(t))
+            return float(self.modes[k] * slip(self.problem, dense(t))[k])
 
         last = 0
         for i in range(len(points)):
@@ -136,8 +159,7 @@ class EventFinder:
 
         def reserve(t: float) -> float:
             self.evaluations += 1
-            force = self.problem.holding(t, np.asarray(dense(t)), self.modes)[k]
-            return float(self.problem.limits[k] * (1.0 + GRAZING) - abs(force))
+            return GRAZING - float(beyond(self.problem, self.problem.holding(t, np.asarray(dense(t)), self.modes))[k])
 
         points = np.linspace(t0, t1, 4)
         values = [reserve(t) for t in points]

@@ -224,8 +224,10 @@ class RefinedMethod:
 
     def capture_error(self) -> float:
         """Error [unit] by the time in which held rates are captured: twice the change with half that time, as the error
-        is of first order in it; 0 without such a law."""
+        is of first order in it; 0 without such a law, and where rates are held exactly."""
         p = self.problem
+        if self.rule.engine == "hybrid":
+            return 0.0
         laws = captured(p.scene.laws, CAPTURE_SHARE)
         if laws == p.scene.laws:
             return 0.0

@@ -243,9 +243,9 @@ def _why_ended(candidates: list[RefinedMethod]) -> str:
 
 
 def _usable(one: RefinedMethod, freedoms: int) -> bool:
-    """Whether this method may run this problem; dry friction only with a method that locates its events."""
+    """Whether this method may run this problem; dry friction only with a method that locates its events, which may hold rates too."""
     m = one.problem.mechanism
-    if is_rough(m) != (one.rule.engine == "hybrid"):
+    if is_rough(m) and one.rule.engine != "hybrid":
         return False
     if one.rule.engine == "one_freedom" and freedoms != 1:
         return False

@@ -9,6 +9,7 @@ import numpy as np
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.acting import is_rough
 from mechlab.experiment.energy import dissipation, energy, energy_finding
+from mechlab.experiment.held_rates import without_holds
 from mechlab.experiment.recording import Recording, Trace, basic_channels
 from mechlab.lab.methods import METHODS, Problem
 from mechlab.lazy_dataclass import dataclass
@@ -121,7 +122,7 @@ def _own(problem: Problem, names: tuple[str, ...], unit: str) -> Reference | Non
 
 
 def _pinocchio(problem: Problem, names: tuple[str, ...], unit: str) -> Reference:
-    engine = "hybrid" if is_rough(problem.mechanism) else "pinocchio"
+    engine = "hybrid" if is_rough(problem.mechanism) or without_holds(problem.scene.laws)[1] else "pinocchio"
     sharp = next(m for m in METHODS if m.engine == engine and m.integrator == "DOP853")
     why = sharp.available(problem)
     if why:
