@@ -8,6 +8,8 @@ from dataclasses import replace
 from functools import lru_cache
 from importlib import metadata
 
+import numpy as np
+
 from mechlab.clock import costed, spent_on
 from mechlab.engines.protocol import engine as engine_named
 from mechlab.errors import DISTRIBUTION, MechlabError, unknown
@@ -15,7 +17,7 @@ from mechlab.experiment.acting import what_acts
 from mechlab.experiment.findings import shared_finding
 from mechlab.experiment.parameters import describe
 from mechlab.experiment.recording import Health, Recording
-from mechlab.experiment.scene import PRESETS, Scene, Settings
+from mechlab.experiment.scene import PRESETS, Scene, Settings, sample_grid
 from mechlab.lab.design import Design
 from mechlab.lab.fastest_rate import drive_step
 from mechlab.lab.own_mechanism import AS_IS
@@ -103,8 +105,9 @@ def file_settings(design: Design, scene: Scene) -> Settings:
 
 
 def engine_run(design: Design, scene: Scene, settings: Settings, at: Sequence[float] | Array = ()) -> Recording:
-    """One run by an engine, sampled at the times `at` [s] at least."""
-    times = None if len(at) == 0 else list(at)
+    """One run by an engine, sampled at the times `at` [s] at least: no fewer samples than without, for page and errors."""
+    grid = sample_grid(scene.duration, min(settings.timestep, scene.duration / 200.0))
+    times = None if len(at) == 0 else np.union1d(grid, at).tolist()
     return engine_named(settings.engine).run(design.moving(scene), scene, settings, times)
 
 

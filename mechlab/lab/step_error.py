@@ -65,7 +65,7 @@ by less than this share of the largest change in its unit gets an error so many 
 SEEN = SAFETY_SEEN / SAFETY
 """Share of a stated error that is left where two runs of a method of first order show that order."""
 JUMP = 4.0
-"""A step between samples that is more than this times both its neighbours is a jump."""
+"""A change between samples at more than this times the rates of both its neighbours is a jump."""
 LOOKED_AT, FIRST = 250, 16
 """So many samples are examined for singular positions, and, with the first ones, compared with another run where the motion is smooth."""
 LOOSER = 10.0
@@ -85,7 +85,7 @@ def with_step_error(recording: Recording, scene: Scene, again: Again | None = No
         errors, passed = estimate.past_singular(estimate.with_softness(errors))
         recording = recording if passed is None else replace(recording, health=recording.health + Health((passed,)))
         if estimate.kinks:
-            errors = {n: max(x, jump(recording.channels[n])) for n, x in errors.items()}
+            errors = {n: max(x, jump(recording.t, recording.channels[n])) for n, x in errors.items()}
     else:
         errors, finding = estimate.by_tolerance()
     return replace(recording, errors=errors, health=recording.health + Health((finding,)))
@@ -303,14 +303,15 @@ class _Estimate:
         return self.kinks and (twice is None or twice.largest > ACCIDENT * half.largest)
 
 
-def jump(values: Array) -> float:
-    """The largest jump of a channel between two samples, 0 without: a change of more than JUMP times those before and after it.
+def jump(t: Array, values: Array) -> float:
+    """The largest jump of a channel between two samples, 0 without: a change of more than JUMP times the rate before and after it.
     Where a motion has kinks the channel is wrong by its jump for as long as the kink is early or late."""
     steps = np.abs(np.diff(values))
     if len(steps) < 3 or not np.all(np.isfinite(steps)):
         return 0.0
-    around = np.maximum(np.append(steps[1:], 0.0), np.insert(steps[:-1], 0, 0.0))
-    return float(np.max(steps, where=steps > JUMP * around, initial=0.0))
+    rates = steps / np.diff(t)  # samples may be far apart in one place
+    around = np.maximum(np.append(rates[1:], 0.0), np.insert(rates[:-1], 0, 0.0))
+    return float(np.max(steps, where=rates > JUMP * around, initial=0.0))
 
 
 def _text(*runs: tuple[float, _Changes | None]) -> str:

@@ -47,7 +47,8 @@ class RoughEquations:
         laws, self.holds = without_holds(laws)
         self.equations = engine(EQUATIONS_OF).equations(mechanism, laws, 0.0)
         self.plant = self.equations.plant
-        friction, held = DryFriction.of(mechanism), [sum(c * mechanism.row(n) for n, c in h.terms) for h in self.holds]
+        friction = DryFriction.of(mechanism)
+        held = [np.sum([c * mechanism.row(n) for n, c in h.terms], axis=0) for h in self.holds]
         self.names = (*friction.names, *(" and ".join(n for n, _ in h.terms) for h in self.holds))
         self.rows = np.vstack([friction.rows, np.reshape(held, (-1, mechanism.nv))])
         low, high = [*-friction.sizes, *(h.low for h in self.holds)], [*friction.sizes, *(h.high for h in self.holds)]

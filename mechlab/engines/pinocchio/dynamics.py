@@ -219,7 +219,7 @@ class PinPlant:
             return factors.correction(residual)
         return np.asarray(-np.linalg.lstsq(self.jacobian(), residual, rcond=1e-11)[0], dtype=float)
 
-    def stopping(self, held: Array, targets: ArrayLike = 0.0) -> Array:
+    def stopping(self, held: Array, targets: Array) -> Array:
         """(nv,) smallest change of the rates, measured by the kinetic energy, that brings the rows `held` (k, nv) to the rates `targets`
         (k,) and keeps the constraints; 0 where the mass matrix is singular by itself."""
         rows = self._with(held)
