@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -114,7 +115,7 @@ class RefinedMethod:
         """Settings of the last run."""
         return self.method.settings(self.values[-1])
 
-    @property
+    @cached_property
     def method(self) -> Method:
         """The method of the registry that is refined."""
         found = self.rule.method(self.problem)
@@ -122,7 +123,7 @@ class RefinedMethod:
             raise MechlabError(f"{self.rule.name}: the registry of methods has no such method.")
         return found
 
-    @property
+    @cached_property
     def expected_work(self) -> float:
         """Expected work [s] of a step, or of an output interval under a tolerance, before the first run."""
         return self.rule.evaluations * self.method.price(self.problem)
