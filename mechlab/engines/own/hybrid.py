@@ -33,6 +33,9 @@ from mechlab.mechanism.statics import DryFriction
 
 EQUATIONS_OF = "pinocchio"
 """The engine whose equations of motion are integrated."""
+HELD, UNHOLDABLE = 1e-7, 1e100
+"""A stuck rate that still changes by more than this share of the largest acceleration is not held, and the force [N m or N] that stands for
+this: larger than any bound."""
 
 
 class RoughEquations:
@@ -98,10 +101,13 @@ class RoughEquations:
             return np.full(len(y), np.nan)
 
     def holding(self, t: float, y: Array, modes: Modes) -> Array:
-        """(k,) friction forces in these modes."""
+        """(k,) friction forces in these modes; UNHOLDABLE, against its acceleration, of a stuck element that no force can hold: a slide
+        passes a dead centre, where a force on it cannot stop the crank."""
         self.modes = modes
-        self.instant(t, y)
-        return self._friction
+        a = self.instant(t, y).a
+        pull = self.rows @ a
+        lost = (np.array(modes) == 0) & (np.abs(pull) > HELD * (1.0 + float(np.max(np.abs(a), initial=0.0))))
+        return np.where(lost, -np.copysign(UNHOLDABLE, pull), self._friction)
 
     def project(self, t: float, y: Array) -> Array:
         """The nearest state on the constraints, in the sense of the kinetic energy."""

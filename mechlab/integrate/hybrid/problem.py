@@ -116,7 +116,8 @@ class EventFinder:
     def __init__(self, problem: RoughProblem, y: Array, modes: Modes) -> None:
         self.problem, self.modes = problem, modes
         self.evaluations = 0
-        self.risen: list[bool] = list(np.array(modes) * slip(problem, y) > floor(problem, y))
+        self.began = np.array(modes) * slip(problem, y)
+        self.risen: list[bool] = list(self.began > floor(problem, y))
 
     def first(self, dense: Dense, t0: float, t1: float) -> tuple[float, int] | None:
         """Time and element of the first event of a step, if there is one."""
@@ -146,6 +147,8 @@ class EventFinder:
             if rate[i] > least:
                 self.risen[k], last = True, i
             elif rate[i] < -least:
+                if not self.risen[k] and rate[i] >= self.began[k]:
+                    continue  # where an event put it, within the tolerance, on its way to the sign of its mode
                 if not self.risen[k]:
                     return float(points[0])  # it would slide the other way at once
                 if not along(points[last]) > 0.0:
