@@ -159,6 +159,7 @@ def test_a_pass_of_a_singular_position_tells_no_error_of_accelerations() -> None
 
 def test_times_that_are_asked_for_leave_samples_and_errors_as_they_are() -> None:
     """`--at .34,.36` left Pinocchio's recording with 4 samples, and an error of 8.8 rad for an angle that is known to 4e-5."""
-    plain, asked = (ml.simulate("closed_differential", scene="held-input-dry-load", engine="pinocchio", at=at) for at in ((), (0.34, 0.363)))
+    options: dict[str, Any] = {"scene": "held-input-dry-load", "engine": "pinocchio"}
+    plain, asked = (ml.simulate("closed_differential", at=at, **options) for at in ((), (0.34, 0.363)))
     assert set(plain.t) <= set(asked.t) and 0.363 in asked.t
     assert asked.errors["H2"] == pytest.approx(plain.errors["H2"], rel=0.1)
