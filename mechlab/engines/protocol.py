@@ -12,6 +12,7 @@ only make traces for charts.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
@@ -27,6 +28,7 @@ from mechlab.experiment.model_file import ModelFile
 from mechlab.experiment.recording import Recording, Trace
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.kept import LastKept
 from mechlab.mechanism.model import Mechanism
 
 if TYPE_CHECKING:  # what describes a design needs the names of the engines alone
@@ -150,14 +152,15 @@ class Engine:
         """The EngineState at coordinates q (nq,) and rates v (nv,), default 0."""
         from mechlab.engines.state import EngineState
 
-        m, plant = mechanism, self.plant(mechanism)
+        m, plant = mechanism, _PLANTS.get(lambda m, plant: plant(m), mechanism, self.plant)
         q = np.array(q, dtype=float)
         v = np.zeros(m.nv) if v is None else np.array(v, dtype=float)
         plant.set(q, v)
         residual, rows, rates = plant.closing()
+        poses = {b.name: (np.array(r), np.array(p)) for b in m.bodies for r, p in [plant.pose(b.name)]}  # the plant will move on
         return EngineState(
-            m, self.name, q, v, np.array(plant.mass_matrix()), np.array(plant.bias()), {b.name: plant.pose(b.name) for b in m.bodies},
-            {f.name: plant.point(f.name) for f in m.frames}, residual, rows, rates,
+            m, self.name, q, v, np.array(plant.mass_matrix()), np.array(plant.bias()), poses,
+            {f.name: np.array(plant.point(f.name)) for f in m.frames}, np.array(residual), np.array(rows), np.array(rates),
         )  # fmt: skip
 
     def equations(self, mechanism: Mechanism, laws: tuple[Law, ...], h: float) -> Any:
@@ -220,6 +223,7 @@ class Engine:
         return MechlabError(f"the engine {self.name} {what}.")
 
 
+_PLANTS = LastKept()
 _PINOCCHIO = "Pinocchio is not installed; `pip install pin` (there is no wheel for Windows: use WSL)."
 _ADDRESSES: dict[str, tuple[str, str]] = {
     "numpy": ("tree", ""),
@@ -247,8 +251,11 @@ def engine(name: str) -> Engine:
         raise unknown("engine", name, _ADDRESSES)
     module, missing = _ADDRESSES[name]
     try:
-        with spent_on("imports"):
-            found: Engine = import_module(f"mechlab.engines.{module}").ENGINES[name]
+        there = sys.modules.get(f"mechlab.engines.{module}")
+        if there is None:
+            with spent_on("imports"):
+                there = import_module(f"mechlab.engines.{module}")
+        found: Engine = there.ENGINES[name]
     except ModuleNotFoundError as error:
         if error.name != name:
             raise

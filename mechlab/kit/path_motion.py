@@ -100,6 +100,8 @@ class EngineMotion(Mapping[str, Array]):
         self.engine, self.m, self.path = engine(witness), m, path
         self.places = np.linspace(0.0, 1.0, places) if isinstance(places, int) else np.asarray(places, dtype=float)
         self._frames: dict[str, tuple[Array, Array]] = {}
+        self._found: dict[str, Array] = {}
+        self._bias: dict[bool, Array] = {}
 
     @cached_property
     def q(self) -> Array:
@@ -145,10 +147,17 @@ class EngineMotion(Mapping[str, Array]):
         if moving and np.ptp(self.v, axis=0).max() > 1e-7 * (1.0 + np.abs(self.v).max()):
             raise MechlabError(f"{self.m.name}: {drive}_steady: the joints do not turn evenly along this path; ask for {drive}_force.")
         alone = {n: float(n == drive) for n in self.path}
-        bias = [self.engine.state(self.m, q, v if moving else None).bias for q, v in zip(self.q, self.v, strict=True)]
-        return np.array([h @ self.engine.rates(self.m, q, alone) for h, q in zip(bias, self.q, strict=True)])
+        if moving not in self._bias:
+            states = zip(self.q, self.v, strict=True)
+            self._bias[moving] = np.array([self.engine.state(self.m, q, v if moving else None).bias for q, v in states])
+        return np.array([h @ self.engine.rates(self.m, q, alone) for h, q in zip(self._bias[moving], self.q, strict=True)])
 
     def __getitem__(self, key: str) -> Array:
+        if key not in self._found:  # also asked by `in`
+            self._found[key] = self._quantity(key)
+        return self._found[key]
+
+    def _quantity(self, key: str) -> Array:
         m, name = self.m, key.removesuffix("_rate")
         if name in m.scalar_names:
             if key != name:

@@ -196,15 +196,22 @@ class RelationConstraint(_OneRow):
     relation: LinearRelation
     mechanism: Mechanism
 
+    @cached_property
+    def _terms(self) -> list[tuple[float, int]]:
+        return [(float(c), self.mechanism.q_slice[n].start) for n, c in self.relation.coefficients]
+
+    @cached_property
+    def _row(self) -> Array:
+        return self.mechanism.coefficient_row(self.relation.coefficients)[None, :]
+
     def residual(self, kin: Kinematics) -> Array:
         """(1,) [rad or m]."""
         q = np.asarray(kin.q)
-        total = sum(float(c) * q[self.mechanism.q_slice[n].start] for n, c in self.relation.coefficients)
-        return np.array([total])
+        return np.array([sum(c * q[k] for c, k in self._terms)])
 
     def jacobian(self, kin: Kinematics) -> Array:
         """(1, nv)."""
-        return self.mechanism.coefficient_row(self.relation.coefficients)[None, :]
+        return self._row.copy()
 
     def bias(self, kin: Kinematics) -> Array:
         """(1,) zero."""

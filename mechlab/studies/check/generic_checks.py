@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from mechlab.engines.protocol import IMPLEMENTATIONS, engine
 from mechlab.engines.state import EngineState
 from mechlab.experiment.entry import Check, CheckResult, Entry
+from mechlab.kit.path_motion import kept
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics, integrate
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.length_unit import in_unit_of_length
@@ -25,12 +27,14 @@ def generic_checks(entry: Entry) -> tuple[Check, ...]:
     if entry.file is not None and entry.file.unheld:
         entry.build(entry.parameters(), entry.default_fidelity)  # raises: it says why
 
-    def of_each(measure: Callable[[Mechanism], CheckResult]) -> Callable[[Any], CheckResult]:
-        return lambda p: _together({f: measure(entry.build(p, f)) for f in entry.fidelities if f != "kinematic"})
+    def built(p: Any) -> dict[str, _Sampled]:
+        return {f: _Sampled(entry.build(p, f)) for f in entry.fidelities if f != "kinematic"}
 
-    def in_own_unit(measure: Callable[[Mechanism], CheckResult]) -> Callable[[Any], CheckResult]:
-        """Measure with the mechanism's length scale as unit of length: tolerances are set for bodies of size 1."""
-        return of_each(lambda m: measure(m if m.length_scale == 1.0 else in_unit_of_length(m, m.length_scale)))
+    def of_each(measure: Callable[[_Sampled], CheckResult]) -> Callable[[Any], CheckResult]:
+        return lambda p: _together({f: measure(x) for f, x in kept(built, p, built).items()})
+
+    def in_own_unit(measure: Callable[[_Sampled], CheckResult]) -> Callable[[Any], CheckResult]:
+        return of_each(lambda x: measure(x.in_own_unit))
 
     three = "three implementations"
     return (
@@ -55,15 +59,35 @@ def _together(found: dict[str, CheckResult]) -> CheckResult:
     return CheckResult(values, first.tolerance, expected, notes)
 
 
-def _states(m: Mechanism) -> list[tuple[Array, Array]]:
-    rng = np.random.default_rng(3)
-    return [(q, rng.standard_normal(m.nv)) for q in sample_poses(m, count=3)]
+class _Sampled:
+    """A mechanism and its states that several checks look at."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self._by: dict[str, list[EngineState]] = {}
+
+    @cached_property
+    def in_own_unit(self) -> _Sampled:
+        """With the mechanism's length scale as unit of length: tolerances are set for bodies of size 1."""
+        m = self.mechanism
+        return self if m.length_scale == 1.0 else _Sampled(in_unit_of_length(m, m.length_scale))
+
+    @cached_property
+    def states(self) -> list[tuple[Array, Array]]:
+        """Assembled poses with random rates."""
+        rng = np.random.default_rng(3)
+        return [(q, rng.standard_normal(self.mechanism.nv)) for q in sample_poses(self.mechanism, count=3)]
+
+    def by(self, name: str) -> list[EngineState]:
+        """An implementation's state at each of `states`."""
+        if name not in self._by:
+            self._by[name] = [engine(name).state(self.mechanism, q, v) for q, v in self.states]
+        return self._by[name]
 
 
-def _collect(m: Mechanism, number: Callable[[EngineState], Array]) -> dict[str, list[Array]]:
-    """A number of every implementation's state, at each of `_states`."""
-    states = _states(m)
-    return {name: [number(engine(name).state(m, q, v)) for q, v in states] for name in IMPLEMENTATIONS}
+def _collect(x: _Sampled, number: Callable[[EngineState], Array]) -> dict[str, list[Array]]:
+    """A number of every implementation's state, at each of `states`."""
+    return {name: [number(state) for state in x.by(name)] for name in IMPLEMENTATIONS}
 
 
 def _relative(values: dict[str, list[Array]], tolerance: float, note: str, least: float = 1e-12) -> CheckResult:
@@ -75,23 +99,23 @@ def _relative(values: dict[str, list[Array]], tolerance: float, note: str, least
     )
 
 
-def _poses(m: Mechanism) -> CheckResult:
-    return _relative(_collect(m, lambda x: x.placement), 1e-12, "rotations, origins, points")
+def _poses(of: _Sampled) -> CheckResult:
+    return _relative(_collect(of, lambda x: x.placement), 1e-12, "rotations, origins, points")
 
 
-def _mass(m: Mechanism) -> CheckResult:
-    return _relative(_collect(m, lambda x: x.mass_matrix), 1e-12, "mass matrix with shafts")
+def _mass(of: _Sampled) -> CheckResult:
+    return _relative(_collect(of, lambda x: x.mass_matrix), 1e-12, "mass matrix with shafts")
 
 
-def _bias(m: Mechanism) -> CheckResult:
+def _bias(of: _Sampled) -> CheckResult:
     # A stiff spring, 1e6 N/m, turns the rounding of a length, 1e-16 m, into 1e-10 of small inertia forces.
     # Wheels on fixed axes have none: then the inertia forces at 1 rad/s2 are the measure.
-    tree = engine("numpy")
-    inertia = max(float(np.max(np.abs(tree.state(m, q, v).mass_matrix), initial=0.0)) for q, v in _states(m))
-    return _relative(_collect(m, lambda x: x.bias), 1e-9, "h(q, v) at random rates", inertia)
+    inertia = max(float(np.max(np.abs(x.mass_matrix), initial=0.0)) for x in of.by("numpy"))
+    return _relative(_collect(of, lambda x: x.bias), 1e-9, "h(q, v) at random rates", inertia)
 
 
-def _closure(m: Mechanism) -> CheckResult:
+def _closure(of: _Sampled) -> CheckResult:
+    m = of.mechanism
     open_by = {
         name: float(np.max(np.abs(engine(name).state(m, m.reference()).residual), initial=0.0))
         for name in IMPLEMENTATIONS
@@ -99,10 +123,11 @@ def _closure(m: Mechanism) -> CheckResult:
     return CheckResult(open_by, 1e-12, 0.0, "largest residual of loops and relations [m, rad]")
 
 
-def _jacobian(m: Mechanism) -> CheckResult:
+def _jacobian(of: _Sampled) -> CheckResult:
+    m = of.mechanism
     constraints, tree = ConstraintSet(m), TreeKinematics(m)
     analytic, differences, step = [], [], 1e-6
-    for q, v in _states(m):
+    for q, v in of.states:
         analytic.append(constraints.jacobian(tree.set(q)) @ v)
         ahead, behind = integrate(m, q, step * v), integrate(m, q, -step * v)
         gap = constraints.residual(tree.set(ahead)) - constraints.residual(tree.set(behind))
@@ -113,12 +138,13 @@ def _jacobian(m: Mechanism) -> CheckResult:
     )
 
 
-def _allowed(m: Mechanism) -> CheckResult:
+def _allowed(of: _Sampled) -> CheckResult:
     """Degrees of freedom by the rank of each implementation's rows, and the largest residual of those rows under a
     motion that our rows allow. Equal ranks and no residual mean that the rows span the same space."""
+    m = of.mechanism
     constraints, tree = ConstraintSet(m), TreeKinematics(m)
     found: dict[str, list[float]] = {name: [] for name in IMPLEMENTATIONS}
-    for q, v in _states(m):
+    for q, v in of.states:
         basis = null_space(constraints.jacobian(tree.set(q)))
         free = basis @ (basis.T @ v)
         free /= max(float(np.linalg.norm(free)), 1e-12)
