@@ -114,7 +114,7 @@ class _Questions:
 class _Choice:
     """Which of `count` constraint rows are taken, and the matrix S with its constant rows; `loose`: e."""
 
-    def __init__(self, count: int, taken: NDArray[np.intp], rows: Array, free: Array, actuation: Array) -> None:
+    def __init__(self, count: int, taken: NDArray[np.intp], rows: Array, free: NDArray[np.intp], actuation: Array) -> None:
         k, nv = rows.shape
         m = len(taken)
         self.count, self.m, self.commanded, self.loose = count, m, slice(m, m + k), len(free)

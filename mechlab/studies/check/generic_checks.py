@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -55,15 +56,21 @@ def _together(found: dict[str, CheckResult]) -> CheckResult:
     return CheckResult(values, first.tolerance, expected, notes)
 
 
+@lru_cache(maxsize=8)
 def _states(m: Mechanism) -> list[tuple[Array, Array]]:
     rng = np.random.default_rng(3)
     return [(q, rng.standard_normal(m.nv)) for q in sample_poses(m, count=3)]
 
 
+@lru_cache(maxsize=24)
+def _engine_states(m: Mechanism, name: str) -> list[EngineState]:
+    """What an implementation says of each of `_states`."""
+    return [engine(name).state(m, q, v) for q, v in _states(m)]
+
+
 def _collect(m: Mechanism, number: Callable[[EngineState], Array]) -> dict[str, list[Array]]:
     """A number of every implementation's state, at each of `_states`."""
-    states = _states(m)
-    return {name: [number(engine(name).state(m, q, v)) for q, v in states] for name in IMPLEMENTATIONS}
+    return {name: [number(x) for x in _engine_states(m, name)] for name in IMPLEMENTATIONS}
 
 
 def _relative(values: dict[str, list[Array]], tolerance: float, note: str, least: float = 1e-12) -> CheckResult:
@@ -86,8 +93,7 @@ def _mass(m: Mechanism) -> CheckResult:
 def _bias(m: Mechanism) -> CheckResult:
     # A stiff spring, 1e6 N/m, turns the rounding of a length, 1e-16 m, into 1e-10 of small inertia forces.
     # Wheels on fixed axes have none: then the inertia forces at 1 rad/s2 are the measure.
-    tree = engine("numpy")
-    inertia = max(float(np.max(np.abs(tree.state(m, q, v).mass_matrix), initial=0.0)) for q, v in _states(m))
+    inertia = max(float(np.max(np.abs(x.mass_matrix), initial=0.0)) for x in _engine_states(m, "numpy"))
     return _relative(_collect(m, lambda x: x.bias), 1e-9, "h(q, v) at random rates", inertia)
 
 
