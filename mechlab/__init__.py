@@ -236,10 +236,10 @@ def __getattr__(name: str) -> object:
         return version(DISTRIBUTION)
     if name in _HOME:
         return getattr(import_module(_HOME[name]), name)
-    from difflib import get_close_matches
+    from mechlab.errors import nearest
 
-    near = "" if name.startswith("_") else "".join(f". Did you mean {n!r}?" for n in get_close_matches(name, __all__, n=1))
-    raise AttributeError(f"module 'mechlab' has no attribute {name!r}{near}")
+    near = "" if name.startswith("_") else nearest(name, __all__)
+    raise AttributeError(f"module 'mechlab' has no attribute {name!r}{near and f'. Did you mean {near!r}?'}")
 
 
 def __dir__() -> list[str]:

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import inspect
 import sys
-import traceback
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from difflib import get_close_matches
 from functools import wraps
 from typing import Any, TypeVar
 
@@ -76,11 +74,18 @@ def install_extra(extra: str) -> str:
     return f"pip install '{DISTRIBUTION}[{extra}]'"
 
 
+def nearest(name: str, names: Iterable[str], cutoff: float = 0.6) -> str:
+    """The name most like `name`, "" where none is."""
+    from difflib import get_close_matches
+
+    return next(iter(get_close_matches(name, list(names), n=1, cutoff=cutoff)), "")
+
+
 def unknown(what: str, name: object, existing: Iterable[str], error: type[MechlabError] = MechlabError) -> MechlabError:
     """An error for a name that does not exist: it lists what exists and guesses what was meant."""
     names = sorted(existing)
-    close = get_close_matches(str(name), names, n=1)
-    guess = f" Did you mean {close[0]!r}?" if close else ""
+    close = nearest(str(name), names)
+    guess = f" Did you mean {close!r}?" if close else ""
     listing = ", ".join(names) if names else "none"
     made = error(f"{what} {name!r} does not exist.{guess} Existing: {listing}.")
     made.unknown = str(name)
@@ -133,20 +138,19 @@ def _misfit(name: str, signature: inspect.Signature, args: Sequence[object], key
         optional = [n for n in own if n not in needed]
         what = f"missing: {', '.join(missing)}" if missing else str(error)
         also = f"; optional: {', '.join(optional)}" if optional else ""
-        near = next((f" Did you mean {n!r} by {k!r}?" for k in strange for n in get_close_matches(k, missing, n=1)), "")
+        near = next((f" Did you mean {n!r} by {k!r}?" for k in strange if (n := nearest(k, missing))), "")
         return ArgumentError(f"{name}: {what}. Needed: {', '.join(needed) or 'nothing'}{also}.{near}")
     return None
 
 
 def user_fault(error: BaseException) -> str | None:
     """ "FILE, line N: ..." of the last line of a user's file in the traceback of `error`; None where there is none."""
-    frames = [
-        f for f in traceback.walk_tb(error.__traceback__) if f[0].f_globals.get("__name__", "").startswith(USER_MODULE)
-    ]
-    if not frames:
-        return None
-    frame, line = frames[-1]
-    return f"{frame.f_code.co_filename}, line {line}: {described(error)}"
+    found, step = None, error.__traceback__
+    while step is not None:
+        if step.tb_frame.f_globals.get("__name__", "").startswith(USER_MODULE):
+            found = f"{step.tb_frame.f_code.co_filename}, line {step.tb_lineno}: {described(error)}"
+        step = step.tb_next
+    return found
 
 
 def described(error: BaseException) -> str:

@@ -55,7 +55,7 @@ class _Pending:
                 "__annotations__": annotations,
                 "__module__": cls.__module__,
                 "__qualname__": cls.__qualname__,
-                "__doc__": "",
+                "__doc__": "seen by nobody, but without one the decorator writes one",
             }
             bases = [
                 type(b.__name__, (), {n: getattr(b, n) for n in (FIELDS, PARAMS)})

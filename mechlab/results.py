@@ -8,11 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import singledispatch
-from html import escape
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 
 @singledispatch
@@ -30,6 +29,8 @@ def line_of(result: Any) -> str:
 @singledispatch
 def html_of(result: Any) -> str:
     """What a notebook shows; without a registration the text."""
+    from html import escape
+
     return f"<pre>{escape(text_of(result))}</pre>"
 
 
@@ -76,12 +77,17 @@ Saved = TypeVar("Saved")
 class Result(Shown, Generic[Saved]):
     """Base of what is printed and can be written: to one file, `Result[Path]`, or to several, `Result[dict[str, Path]]`."""
 
+    written_by: ClassVar[str] = ""
+    """The module that registers the writer with `save_result`, where that is not the `report` of the package."""
+
     def save(self, path: str | Path) -> Saved:
         """Write to a file or folder, the kind by the ending; returns the path, or kind -> path where there are several.
 
         Raises MechlabError for a kind that does not exist, and for a path that cannot take it.
         """
         load_reports(type(self))
+        if self.written_by:
+            import_module(self.written_by)
         saved: Saved = save_result(self, Path(path))
         return saved
 

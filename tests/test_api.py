@@ -51,6 +51,17 @@ def test_the_names_that_run_are_those_that_type_checkers_see() -> None:
         _ = ml.no_such_name  # type: ignore[attr-defined]
 
 
+@pytest.mark.parametrize("package", ["api", "formats", "integrate"])
+def test_names_found_on_demand_are_those_that_type_checkers_see(package: str) -> None:
+    found = importlib.import_module(f"mechlab.{package}")
+    homes = {(f"mechlab.{package}.{home}", name) for home, names in found._HOMES.items() for name in names}
+    assert homes == set(typed_names(ROOT / "mechlab" / package / "__init__.py"))
+    assert all(getattr(found, name) is not None for name in found.__all__)
+    assert {*found.__all__} <= {name for _, name in homes}
+    with pytest.raises(AttributeError, match="no_such_name"):
+        found.no_such_name  # noqa: B018
+
+
 def test_an_own_mechanism_scene_or_law_needs_no_other_module() -> None:
     wanted = (
         "Builder Inertia Placement revolute prismatic spherical universal floating shape Spring GearMesh belt screw mimic "

@@ -15,8 +15,8 @@ PACKAGE = ROOT / "mechlab"
 
 # Top to bottom, as in the design: a room imports only rooms above it.
 ROOMS = (
-    "lazy_dataclass", "errors", "algebra_threads", "clock", "files", "processes", "progress", "units", "values", "tables", "results",
-    "analytic", "integrate", "mechanism", "shapes", "experiment", "formats", "engines", "kit", "catalog", "lab",
+    "on_demand", "lazy_dataclass", "errors", "algebra_threads", "clock", "files", "processes", "progress", "units", "values", "tables",
+    "results", "analytic", "integrate", "mechanism", "shapes", "experiment", "formats", "engines", "kit", "catalog", "lab",
     "studies", "viewer", "api", "cli",
 )  # fmt: skip
 # The lab and its studies know entries, not the catalog. Engines know no closed form: witnesses must not talk before the trial.

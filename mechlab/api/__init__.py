@@ -6,20 +6,37 @@ signatures and docstrings of these functions. In a docstring the entries under "
 
 from __future__ import annotations
 
-from mechlab.api.arguments import Values
-from mechlab.api.designs import compare, fit, optimize, synthesize
-from mechlab.api.diagnoses import audit, cure, doctor
-from mechlab.api.finding import Source, find, load
-from mechlab.api.models import check, claims, edit, generate, generate_catalog, list_entries, run, show
-from mechlab.api.runs import chart, cycle, fidelities, portrait, sensitivity, simulate, solve
-from mechlab.api.sessions import environment, environments, linearize, session
-from mechlab.api.studies import modes, stability, sweep, workspace
-from mechlab.api.tracking import track
-from mechlab.api.viewing import draw, explore, gallery, load_recording, page_of_recording, story, studio, view
+from typing import TYPE_CHECKING, Any
+
 from mechlab.errors import warn
+from mechlab.on_demand import on_demand
 from mechlab.results import offer_page
 
-offer_page(page_of_recording)
+if TYPE_CHECKING:
+    from mechlab.api.arguments import Values
+    from mechlab.api.designs import compare, fit, optimize, synthesize
+    from mechlab.api.diagnoses import audit, cure, doctor
+    from mechlab.api.finding import Source, find, load
+    from mechlab.api.models import check, claims, edit, generate, generate_catalog, list_entries, run, show
+    from mechlab.api.runs import chart, cycle, fidelities, portrait, sensitivity, simulate, solve
+    from mechlab.api.sessions import environment, environments, linearize, session
+    from mechlab.api.studies import modes, stability, sweep, workspace
+    from mechlab.api.tracking import track
+    from mechlab.api.viewing import draw, explore, gallery, load_recording, story, studio, view
+
+_HOMES = {
+    "arguments": ("Values",),
+    "designs": ("compare", "fit", "optimize", "synthesize"),
+    "diagnoses": ("audit", "cure", "doctor"),
+    "finding": ("Source", "find", "load"),
+    "models": ("check", "claims", "edit", "generate", "generate_catalog", "list_entries", "run", "show"),
+    "runs": ("chart", "cycle", "fidelities", "portrait", "sensitivity", "simulate", "solve"),
+    "sessions": ("environment", "environments", "linearize", "session"),
+    "studies": ("modes", "stability", "sweep", "workspace"),
+    "tracking": ("track",),
+    "viewing": ("draw", "explore", "gallery", "load_recording", "story", "studio", "view"),
+}
+_find = on_demand(__name__, _HOMES)
 
 __all__ = [
     "Source", "Values", "audit", "chart", "check", "claims", "compare", "cure", "cycle", "doctor", "draw", "edit", "environment",
@@ -29,13 +46,20 @@ __all__ = [
     "simulate", "solve", "stability", "story", "studio", "sweep", "synthesize", "track", "view", "workspace",
 ]  # fmt: skip
 
-_OLD = {"solve_values": solve, "simulate_values": simulate}
+
+def _page(recording: Any) -> str:
+    from mechlab.api.viewing import page_of_recording
+
+    return page_of_recording(recording)
 
 
-def __getattr__(name: str) -> object:
-    """Old names, for one more release."""
+offer_page(_page)
+
+_OLD = {"solve_values": "solve", "simulate_values": "simulate"}
+
+
+def __getattr__(name: str) -> Any:
+    """Names of its modules, and old ones for one more release."""
     if name in _OLD:
-        new = _OLD[name]
-        warn(f"mechlab.api.{name} is mechlab.{new.__name__} now", DeprecationWarning)
-        return new
-    raise AttributeError(f"module 'mechlab.api' has no attribute {name!r}")
+        warn(f"mechlab.api.{name} is mechlab.{_OLD[name]} now", DeprecationWarning)
+    return _find(_OLD.get(name, name))

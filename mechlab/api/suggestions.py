@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
-from difflib import get_close_matches
 from functools import wraps
 from typing import ParamSpec, TypeVar
 
 from mechlab.algebra_threads import one_algebra_thread
-from mechlab.errors import MechlabError
+from mechlab.errors import MechlabError, nearest
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -29,10 +28,10 @@ def suggesting(verb: Callable[P, R]) -> Callable[P, R]:
             keys = {*kwargs, *written}
             # a word in place of a number is refused before it is asked whether the key exists
             key = error.unknown if error.unknown in keys else next((k for k in keys if str(error).startswith(f"{k}: ")), "")
-            near = get_close_matches(key, options, n=1, cutoff=0.75)
-            if not near or (near[0] == key and key not in written):  # the option itself, with a value that does not fit
+            near = nearest(key, options, cutoff=0.75)
+            if not near or (near == key and key not in written):  # the option itself, with a value that does not fit
                 raise
-            option = f"--{near[0].replace('_', '-')}" if key in written else repr(near[0])
+            option = f"--{near.replace('_', '-')}" if key in written else repr(near)
             hint, (before, listed, after) = f" Did you mean the option {option}?", str(error).partition(" Existing:")
             raise type(error)(before + hint + listed + after) from None
 

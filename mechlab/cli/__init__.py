@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import gc
 import os
-import shlex
 import signal
 import sys
 import threading
@@ -184,6 +183,8 @@ class _Call:
         route, keywords = chosen(routes, given)
         positional, more = self._bound(route, given.get(route.switch))
         if "command" in route.parameters:
+            import shlex
+
             more["command"] = shlex.join(["mechlab", *arguments])
 
         def call() -> Any:

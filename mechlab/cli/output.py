@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import math
 import os
 import sys
@@ -43,6 +42,8 @@ def envelope(verb: str, names: list[str], values: Mapping[str, Written]) -> dict
 
 def encode(document: Mapping[str, Any]) -> str:
     """One JSON document. Floats keep all their digits; what is not finite becomes null."""
+    import json
+
     return json.dumps(_plain(document), indent=2, allow_nan=False, ensure_ascii=False)
 
 

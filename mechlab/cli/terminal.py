@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import re
-import shutil
 import sys
 from collections.abc import Callable, Iterator
 
@@ -73,7 +72,9 @@ def width_of_stdout() -> int | None:
     """Columns of the terminal behind stdout; None where there is no terminal."""
     if sys.stdout is None or not sys.stdout.isatty():
         return None
-    return shutil.get_terminal_size().columns
+    from shutil import get_terminal_size
+
+    return get_terminal_size().columns
 
 
 def _tenths(what: str) -> Callable[[int, int], None]:

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from mechlab.clock import spent_on
 from mechlab.experiment.acting import held_drives
 from mechlab.experiment.laws import Law, Servo
 from mechlab.experiment.recording import Finding, limit_finding
+from mechlab.integrate.samples import integral_by_chords, integral_by_parabolas
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.many_poses import ManyPoses
 from mechlab.mechanism.many_states import ManyStates
@@ -78,13 +78,8 @@ def dissipation(mechanism: Mechanism, q: Array, v: Array) -> Array:
 def work(t: ArrayLike, power: ArrayLike) -> Array:
     """(n,) work [J] of the power (n,) [W] from t[0] to each time of t (n,): cumulative Simpson rule, also at uneven
     times."""
-    with spent_on("imports"):
-        from scipy.integrate import cumulative_simpson, cumulative_trapezoid
-
     t, power = np.asarray(t, dtype=float), np.asarray(power, dtype=float)
-    if len(t) < 3:
-        return np.asarray(cumulative_trapezoid(power, t, initial=0.0)) if len(t) == 2 else np.zeros(len(t))
-    return np.asarray(cumulative_simpson(power, x=t, initial=0.0))
+    return integral_by_parabolas(t, power) if len(t) > 2 else integral_by_chords(t, power)
 
 
 def energy_finding(
@@ -129,9 +124,7 @@ def energy_finding(
     at_stops = np.zeros(len(open_)) if stopped is None else _lost_at_stops(open_, stopped)
     missing = np.abs(open_ - at_stops)
     if done is None and len(t) > 2:
-        from scipy.integrate import cumulative_trapezoid
-
-        missing = np.maximum(0.0, missing - 0.1 * np.abs(cumulative_trapezoid(power, t, initial=0.0) - spent))
+        missing = np.maximum(0.0, missing - 0.1 * np.abs(integral_by_chords(t, power) - spent))
     missing = np.maximum(0.0, missing - in_rows)
     noise = max(1e-12 * float(np.max(np.abs(potential), initial=0.0)), float(creep[0]))
     value = float(np.max(missing)) / turnover if not np.max(missing) <= noise else 0.0

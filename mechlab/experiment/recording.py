@@ -133,6 +133,8 @@ class Recording(Result[Path]):
     `notes`.
     """
 
+    written_by = "mechlab.formats.recording_npz"
+
     mechanism: Mechanism
     t: Array
     q: Array

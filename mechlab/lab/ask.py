@@ -15,8 +15,7 @@ from mechlab.experiment.question import Answer, Answers, Open, Question, Witness
 from mechlab.kit.quantities import quantities, split
 from mechlab.kit.witness import engine_answers
 from mechlab.lab.design import Design
-from mechlab.lab.gear_trains.power_flow import asks_power_flow, power_flow_question
-from mechlab.lab.gear_trains.row_lag import asks_lag, lag_question
+from mechlab.lab.gear_trains import asks_lag, asks_power_flow
 from mechlab.mechanism import Mechanism, Status
 from mechlab.mechanism.given import many_turns
 from mechlab.mechanism.length_unit import is_length
@@ -71,9 +70,13 @@ def _asked(design: Design, given: Mapping[str, Any]) -> tuple[dict[str, Any], Qu
     special = [q for q in entry.questions if set(q.given) <= keys <= set(q.given) | set(q.optional)]
     if special:
         return values, choose(entry.questions, keys, design.name)
-    if asks_lag(keys):
+    if asks_lag(keys):  # few questions are asked of gear trains: these modules wait
+        from mechlab.lab.gear_trains.row_lag import lag_question
+
         return values, lag_question(design, values)
     if asks_power_flow(keys):
+        from mechlab.lab.gear_trains.power_flow import power_flow_question
+
         return values, power_flow_question(design, values)
     return values, generic_question(design, values)
 

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import qr
 
 from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
@@ -25,11 +24,19 @@ CONDITION = 1e8
 """A state whose matrix loses more digits than this is none of those that are served."""
 
 
+def pivoted(rows: Array) -> tuple[Array, NDArray[np.intp]]:
+    """R (m, n) of the QR decomposition of rows (m, n) with pivots, largest first, and the order (n,) of their columns."""
+    from scipy.linalg import qr  # takes longer to import than many a run, which does without
+
+    triangle, order = qr(rows, mode="r", pivoting=True)
+    return triangle, order
+
+
 def independent(rows: Array) -> tuple[NDArray[np.intp], bool]:
     """Numbers of as many independent rows (m, n) as there are, by pivoted QR, and whether their number is beyond doubt."""
     if not len(rows):
         return np.zeros(0, dtype=np.intp), True
-    triangle, order = qr(rows.T, mode="r", pivoting=True)
+    triangle, order = pivoted(rows.T)
     size = np.abs(triangle.diagonal()) / max(np.abs(triangle).max(), 1e-300)
     rank = int(np.sum(size > RANK))
     return np.sort(order[:rank]), bool(np.sum(size > CLEAR) == rank)
@@ -59,7 +66,7 @@ def free_directions(rows: Array, needed: Array) -> FreeDirections | None:
     if not clear:
         return None
     m, k = len(taken), needed.shape[2]
-    order = qr(middle[taken], mode="r", pivoting=True)[1] if m else np.arange(n)
+    order = pivoted(middle[taken])[1] if m else np.arange(n)
     matrix, right = np.zeros((count, n, n)), np.zeros((count, n, k + n - m))
     matrix[:, :m], matrix[:, np.arange(m, n), np.sort(order[m:])] = rows[:, taken], 1.0
     right[:, :m, :k], right[:, m:, k:] = needed[:, taken], np.eye(n - m)

@@ -1,15 +1,19 @@
-"""Engine `mujoco`: soft constraint rows; a witness by Newton's method on its own kinematics and constraint Jacobian."""
+"""Engine `mujoco`: soft constraint rows; a witness by Newton's method on its own kinematics and constraint Jacobian.
+
+What runs scenes is imported by the first run: a witness does without.
+"""
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mechlab.clock import spent_on
 from mechlab.engines.mujoco.model import file_size
 from mechlab.engines.mujoco.plant import MujocoSmallMotions, StateOfMujoco
 from mechlab.engines.mujoco.reactions import motion_forces
-from mechlab.engines.mujoco.runner import run, run_at, versions
-from mechlab.engines.mujoco.session import Session
 from mechlab.engines.mujoco.solve_newton import (
     accelerations_of,
     assemble,
@@ -18,17 +22,20 @@ from mechlab.engines.mujoco.solve_newton import (
     kept_motions,
     rates,
 )
-from mechlab.engines.mujoco.step_loop import Start
-from mechlab.engines.mujoco.trace import Steps, adaptive, extrapolated, trace
 from mechlab.engines.protocol import Engine
 from mechlab.experiment.acting import is_rough, why_no_smooth_tree
 from mechlab.experiment.laws import Law
-from mechlab.experiment.observed import Observed
 from mechlab.experiment.prices import MUJOCO, Price
 from mechlab.experiment.recording import Recording, Trace
 from mechlab.experiment.scene import MUJOCO_INTEGRATORS, Scene, Settings
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
+
+if TYPE_CHECKING:
+    from mechlab.engines.mujoco.session import Session
+    from mechlab.engines.mujoco.step_loop import Start
+    from mechlab.engines.mujoco.trace import Steps
+    from mechlab.experiment.observed import Observed
 
 
 class Mujoco(Engine):
@@ -37,7 +44,6 @@ class Mujoco(Engine):
     name = "mujoco"
     fixed_steps = MUJOCO_INTEGRATORS
 
-    versions = staticmethod(versions)
     plant = staticmethod(StateOfMujoco)
     small_motions = staticmethod(MujocoSmallMotions)
     file_size = staticmethod(file_size)
@@ -49,20 +55,32 @@ class Mujoco(Engine):
     pose_equations = staticmethod(kept_closer)
     motions = staticmethod(kept_motions)
 
+    def versions(self) -> dict[str, str]:
+        """See `mechlab.engines.mujoco.runner.versions`."""
+        from mechlab.engines.mujoco.runner import versions
+
+        return versions()
+
     def run(
         self, mechanism: Mechanism, scene: Scene, settings: Settings | None = None, times: ArrayLike | None = None
     ) -> Recording:
         """See `mechlab.engines.mujoco.runner.run`."""
+        with spent_on("imports"):
+            from mechlab.engines.mujoco.runner import run
         return run(mechanism, scene, settings, None if times is None else np.asarray(times, dtype=float).tolist())
 
     def at_times(self, mechanism: Mechanism, scene: Scene, settings: Settings, times: ArrayLike) -> Recording:
         """See `mechlab.engines.mujoco.runner.run_at`."""
+        with spent_on("imports"):
+            from mechlab.engines.mujoco.runner import run_at
         return run_at(mechanism, scene, settings, np.asarray(times, dtype=float).tolist())
 
     def trace(
         self, mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int, constraints: str = "", friction: str = ""
     ) -> Trace:  # fmt: skip
         """See `mechlab.engines.mujoco.trace`; constraints "extrapolated": by two timesteps (Richardson)."""
+        with spent_on("imports"):
+            from mechlab.engines.mujoco.trace import adaptive, extrapolated, trace
         if settings.integrator == "LSODA":
             return adaptive(mechanism, scene, settings, outputs)
         if constraints == "extrapolated":
@@ -73,6 +91,8 @@ class Mujoco(Engine):
         self, mechanism: Mechanism, scene: Scene, settings: Settings, between: float, constraints: str = "", friction: str = ""
     ) -> Steps:
         """See `mechlab.engines.mujoco.trace.Steps`."""
+        with spent_on("imports"):
+            from mechlab.engines.mujoco.trace import Steps
         return Steps(mechanism, scene, settings, between)
 
     def session(
@@ -80,10 +100,14 @@ class Mujoco(Engine):
         start: Start | None = None, seed: int | None = None,
     ) -> Session:  # fmt: skip
         """See `mechlab.engines.mujoco.session`."""
+        with spent_on("imports"):
+            from mechlab.engines.mujoco.session import Session
         return Session(mechanism, scene, settings, seen, substeps, start, seed)
 
     def states(self, mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) -> Array:
         """(n, nq) coordinates at `outputs` + 1 even times: the steps of `run`, without what it records."""
+        with spent_on("imports"):
+            from mechlab.engines.mujoco.trace import trace
         return trace(mechanism, scene, settings, outputs).q
 
     def refuses(

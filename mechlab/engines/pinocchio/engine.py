@@ -1,32 +1,36 @@
-"""Engine `pinocchio`: rigid constraints, projected after every step; a witness by its own kinematics."""
+"""Engine `pinocchio`: rigid constraints, projected after every step; a witness by its own kinematics.
+
+What runs scenes is imported by the first run: a witness does without.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from mechlab.clock import spent_on
 from mechlab.engines.pinocchio.closer import kept_closer
 from mechlab.engines.pinocchio.dynamics import PinPlant
-from mechlab.engines.pinocchio.equations import Equations, PinSmallMotions
-from mechlab.engines.pinocchio.friction_trace import trace_friction
 from mechlab.engines.pinocchio.given_rates import accelerations_of, kept_motions, rates
 from mechlab.engines.pinocchio.inverse import Solved, assemble
 from mechlab.engines.pinocchio.kinematics import frame_motion
 from mechlab.engines.pinocchio.model import file_size
 from mechlab.engines.pinocchio.reactions import loop_loads, motion_forces
-from mechlab.engines.pinocchio.runner import run, versions
-from mechlab.engines.pinocchio.trace import GAINS, Stabilisation, Steps, fits, trace
 from mechlab.engines.protocol import Engine
 from mechlab.experiment.acting import is_rough, why_no_smooth_tree
 from mechlab.experiment.laws import Law
 from mechlab.experiment.prices import CONSTRAINED, EQUATIONS, Price
-from mechlab.experiment.recording import Trace
+from mechlab.experiment.recording import Recording, Trace
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
+
+if TYPE_CHECKING:
+    from mechlab.engines.pinocchio.equations import Equations, PinSmallMotions
+    from mechlab.engines.pinocchio.trace import Steps
 
 
 class Pinocchio(Engine):
@@ -35,11 +39,7 @@ class Pinocchio(Engine):
     name = "pinocchio"
     fixed_steps = ("RK4", "semi_implicit_Euler")
 
-    versions = staticmethod(versions)
-    run = staticmethod(run)
     plant = staticmethod(PinPlant)
-    equations = staticmethod(Equations)
-    small_motions = staticmethod(PinSmallMotions)
     file_size = staticmethod(file_size)
     motion_forces = staticmethod(motion_forces)
     loop_loads = staticmethod(loop_loads)
@@ -49,10 +49,39 @@ class Pinocchio(Engine):
     pose_equations = staticmethod(kept_closer)
     motions = staticmethod(kept_motions)
 
+    def versions(self) -> dict[str, str]:
+        """See `mechlab.engines.pinocchio.runner.versions`."""
+        from mechlab.engines.pinocchio.runner import versions
+
+        return versions()
+
+    def run(
+        self, mechanism: Mechanism, scene: Scene, settings: Settings | None = None, times: ArrayLike | None = None
+    ) -> Recording:
+        """See `mechlab.engines.pinocchio.runner.run`."""
+        with spent_on("imports"):
+            from mechlab.engines.pinocchio.runner import run
+        return run(mechanism, scene, settings, times)
+
+    def equations(self, mechanism: Mechanism, laws: tuple[Law, ...], h: float) -> Equations:
+        """See `mechlab.engines.pinocchio.equations.Equations`."""
+        with spent_on("imports"):
+            from mechlab.engines.pinocchio.equations import Equations
+        return Equations(mechanism, laws, h)
+
+    def small_motions(self, mechanism: Mechanism, laws: tuple[Law, ...] = ()) -> PinSmallMotions:
+        """See `mechlab.engines.pinocchio.equations.PinSmallMotions`."""
+        from mechlab.engines.pinocchio.equations import PinSmallMotions
+
+        return PinSmallMotions(mechanism, laws)
+
     def trace(
         self, mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int, constraints: str = "", friction: str = ""
     ) -> Trace:  # fmt: skip
         """See `mechlab.engines.pinocchio.trace`; constraints: a key of GAINS; friction: "sign", "tanh", or "" without any."""
+        with spent_on("imports"):
+            from mechlab.engines.pinocchio.friction_trace import trace_friction
+            from mechlab.engines.pinocchio.trace import GAINS, Stabilisation, trace
         if friction:
             return trace_friction(mechanism, scene, settings, outputs, friction)
         soft = settings.integrator == "LSODA" or constraints not in GAINS
@@ -62,6 +91,8 @@ class Pinocchio(Engine):
         self, mechanism: Mechanism, scene: Scene, settings: Settings, between: float, constraints: str = "", friction: str = ""
     ) -> Steps | None:
         """See `mechlab.engines.pinocchio.trace.Steps`."""
+        with spent_on("imports"):
+            from mechlab.engines.pinocchio.trace import GAINS, Stabilisation, Steps, fits
         if friction or settings.integrator in ("DOP853", "LSODA") or not fits(mechanism, scene.laws):
             return None
         return Steps(mechanism, scene, settings, between, Stabilisation(*GAINS[constraints if constraints in GAINS else "soft"]))
@@ -75,11 +106,15 @@ class Pinocchio(Engine):
         if is_rough(mechanism) != bool(friction):
             return "no dry friction" if friction else "dry friction: see the methods that say how they take it"
         if constraints == "stiff" and settings.integrator == "RK4":
+            with spent_on("imports"):
+                from mechlab.engines.pinocchio.trace import fits
             return "" if mechanism.loops and fits(mechanism, scene.laws) else "no stabilization to choose"
         return ""
 
     def price(self, mechanism: Mechanism, laws: tuple[Law, ...]) -> Price:
         """The price of Pinocchio's constrained dynamics where it fits, else of the factored equations."""
+        with spent_on("imports"):
+            from mechlab.engines.pinocchio.trace import fits
         return CONSTRAINED if fits(mechanism, laws) else EQUATIONS
 
     def accelerations(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, force: ArrayLike | None = None) -> Array:

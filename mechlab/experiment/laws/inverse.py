@@ -17,12 +17,11 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import qr
 from scipy.linalg.lapack import dgesv
 
 from mechlab.experiment.laws.protocol import Plant
 from mechlab.mechanism.batch_dynamics import ManyEquations
-from mechlab.mechanism.free_directions import AGREE, CONDITION, RANK, independent
+from mechlab.mechanism.free_directions import AGREE, CONDITION, RANK, independent, pivoted
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 
@@ -115,7 +114,7 @@ class _Questions:
 class _Choice:
     """Which of `count` constraint rows are taken, and the matrix S with its constant rows; `loose`: e."""
 
-    def __init__(self, count: int, taken: NDArray[np.intp], rows: Array, free: Array, actuation: Array) -> None:
+    def __init__(self, count: int, taken: NDArray[np.intp], rows: Array, free: NDArray[np.intp], actuation: Array) -> None:
         k, nv = rows.shape
         m = len(taken)
         self.count, self.m, self.commanded, self.loose = count, m, slice(m, m + k), len(free)
@@ -210,7 +209,7 @@ def _choose(jacobian: Array, rows: Array, actuation: Array) -> _Choice | None:
     stacked = np.vstack([jacobian[taken], rows])
     if len(stacked) > stacked.shape[1]:
         return None
-    triangle, order = qr(stacked, mode="r", pivoting=True)
+    triangle, order = pivoted(stacked)
     size = np.abs(triangle.diagonal())
     if not size.min() > RANK * size.max():
         return None  # a command repeats another, or what the constraints fix already

@@ -13,7 +13,6 @@ from functools import partial
 
 import numpy as np
 import scipy
-from scipy.interpolate import BPoly
 
 from mechlab.clock import move_cost, spent_on
 from mechlab.engines.protocol import engine
@@ -255,6 +254,8 @@ def motion_of(mechanism: Mechanism, scene: Scene, result: Solution, at: Sequence
             q, v = interpolated(mechanism, result.t[::every], q[::every], v[::every], a[::every], t)
             forces, a = driven(mechanism, scene, t, q, v)
         elif len(t) > len(q) or every > 1:
+            with spent_on("imports"):
+                from scipy.interpolate import BPoly
             spline = BPoly.from_derivatives(result.t[::every], np.stack([q, v, a], axis=1)[::every])
             q, v, a = spline(t), spline.derivative()(t), spline.derivative(2)(t)
             forces = law_forces(mechanism, scene, t, q, v)

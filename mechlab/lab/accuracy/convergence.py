@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from scipy.optimize import brentq
-
+from mechlab.analytic.roots import brentq
 from mechlab.lab.accuracy.rules import RULES
 
 TOO_FAST = 2.0
@@ -41,7 +40,7 @@ def _order(ratio: float, *steps: float) -> float:
     low, high = (_falls(p, *steps) for p in (LOWEST, HIGHEST))
     if not low < ratio < high:
         return LOWEST if ratio <= low else HIGHEST
-    return float(brentq(lambda p: _falls(p, *steps) - ratio, LOWEST, HIGHEST, xtol=1e-6))
+    return brentq(lambda p: _falls(p, *steps) - ratio, LOWEST, HIGHEST, xtol=1e-6)
 
 
 def error_of_tolerances(changes: Sequence[float], enough: int) -> float:

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import make_interp_spline
 
+from mechlab.clock import spent_on
 from mechlab.engines.protocol import available, engine
 from mechlab.experiment.laws import applied_force
 from mechlab.experiment.laws.compiled import CompiledLaws
@@ -130,6 +130,8 @@ def _dynamics(m: Mechanism) -> BatchDynamics:
 
 def dense_states(m: Mechanism, scene: Scene, nodes: Array, q: Array, v: Array, t: Array) -> DenseStates:
     """The motion q (k, nv), v (k, nv) at the nodes (k,), k odd, at times t (n,)."""
+    with spent_on("imports"):
+        from scipy.interpolate import make_interp_spline
     as_is, (q, v) = (q, v), closed_states(m, q, v)
     forces, a = driven(m, scene, nodes, q, v)
     every, second = (interpolated(m, nodes[::k], q[::k], v[::k], a[::k], t) for k in (1, 2))

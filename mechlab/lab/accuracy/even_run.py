@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
+from mechlab.clock import spent_on
 from mechlab.lab.accuracy.dense import cubic
 from mechlab.lab.accuracy.measure import ErrorMeasure, largest
 from mechlab.lazy_dataclass import dataclass
@@ -32,6 +32,8 @@ class EvenRun:
         each, left = divmod(len(self.t) - 1, len(t) - 1)
         if not left:
             return self.q[::each], self.v[::each]
+        with spent_on("imports"):
+            from scipy.interpolate import CubicSpline
         return cubic(self.t, self.q, self.v, t), np.asarray(CubicSpline(self.t, self.v)(t))
 
     def apart(self, other: EvenRun, measure: ErrorMeasure) -> float:

@@ -16,10 +16,8 @@ from mechlab.engines.protocol import engine
 from mechlab.errors import EngineMissing, MechlabError, NoSolution, unknown
 from mechlab.experiment.question import Answer, Question
 from mechlab.lab.design import Design
+from mechlab.lab.gear_trains import ETA, FORCE, RATE
 from mechlab.lab.gear_trains.train import (
-    ETA,
-    FORCE,
-    RATE,
     GearTrain,
     LoadCase,
     each_case,
@@ -29,11 +27,6 @@ from mechlab.lab.gear_trains.train import (
 )
 from mechlab.mechanism import GROUND, Mechanism
 from mechlab.mechanism.geometry import Array
-
-
-def asks_power_flow(keys: set[str]) -> bool:
-    """True when the keys ask for torques or efficiencies."""
-    return any(k.endswith((FORCE, f"_{ETA}")) or k == ETA for k in keys)
 
 
 def train_of(design: Design) -> Mechanism:

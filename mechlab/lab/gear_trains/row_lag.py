@@ -18,21 +18,15 @@ from mechlab.experiment.laws import Constant
 from mechlab.experiment.question import Answer, Question
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.lab.design import Design
-from mechlab.lab.gear_trains.train import FORCE, each_case, train_mechanism
+from mechlab.lab.gear_trains import FORCE, ROW_SOFTNESS
+from mechlab.lab.gear_trains.train import each_case, train_mechanism
 from mechlab.mechanism import ConstraintSet, Mechanism
 from mechlab.mechanism.length_unit import is_length
 
-ROW_SOFTNESS: dict[str, float | None] = {"row_timeconst": 2e-3, "row_impedance": 0.9999}
-"""Time constant [s] and impedance of the rows (MuJoCo's solref and solimp); defaults: of the preset `accurate`."""
 STEPS = 4
 """Steps in a time constant."""
 ONSET = 30.0
 """Time constants after which the onset has died out to exp(-30)."""
-
-
-def asks_lag(keys: set[str]) -> bool:
-    """True when the keys say how soft rows are."""
-    return bool(keys & set(ROW_SOFTNESS))
 
 
 def lag_question(design: Design, values: Mapping[str, Any]) -> Question:

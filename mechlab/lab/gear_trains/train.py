@@ -12,13 +12,12 @@ from mechlab.analytic.power_flow import TrainMesh
 from mechlab.errors import MechlabError, NoSolution
 from mechlab.experiment.question import Answer
 from mechlab.lab.design import Design
+from mechlab.lab.gear_trains import ETA, FORCE, RATE
 from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import GROUND, Mechanism
 from mechlab.mechanism.angle_basis import AngleBasis, dependent_angles
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.mesh_roles import MeshRoles, mesh_roles
-
-FORCE, RATE, ETA = "_force", "_rate", "efficiency"
 
 
 def train_mechanism(design: Design) -> Mechanism | None:

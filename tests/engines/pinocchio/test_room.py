@@ -28,7 +28,7 @@ def test_integrate_knows_numpy_and_scipy_only():
     names = loaded("import mechlab.integrate")
     assert not {n.split(".")[0] for n in names} & {"pinocchio", "mujoco", "trimesh", "matplotlib"}
     rooms = {n.split(".")[1] for n in names if n.startswith("mechlab.")}
-    assert rooms <= {"errors", "integrate", "lazy_dataclass"}
+    assert rooms <= {"errors", "integrate", "lazy_dataclass", "on_demand"}
 
 
 def test_an_engine_that_is_not_installed_says_what_to_install():
