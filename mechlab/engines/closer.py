@@ -319,19 +319,19 @@ def confirmed(equations: PoseEquations, led: ManyClosed, targets: Sequence[Array
         return led.q, led.residual, led.closed
     steps = equations.newton_steps
     q, residual, sure = led.q.copy(), led.residual.copy(), led.closed.copy()
-    for k in np.flatnonzero(led.closed).tolist():
-        wanted = [t[k] for t in targets]
-        x = equations.start(led.q[k])
-        for _ in range(3):
-            off, rows = equations.evaluate(x, wanted)
-            size = largest(off)
-            if len(off) != steps.count or not size < NEAR:
-                break
-            with np.errstate(all="ignore"):
-                x = equations.step(x, steps.step(steps.inverse(rows), off))
-            if size < CLOSED:
-                break
-        residual[k], sure[k] = size, size < CLOSED and len(off) == steps.count and bool(np.all(np.isfinite(x)))
-        if sure[k]:
-            q[k] = equations.coordinates(x)
+    with np.errstate(all="ignore"):
+        for k in np.flatnonzero(led.closed).tolist():
+            wanted = [t[k] for t in targets]
+            x = equations.start(led.q[k])
+            for _ in range(3):
+                off, rows = equations.evaluate(x, wanted)
+                size = largest(off)
+                if len(off) != steps.count or not size < NEAR:
+                    break
+                x = equations.step(x, -steps.inverse_of_one(rows).dot(off))
+                if size < CLOSED:
+                    break
+            residual[k], sure[k] = size, size < CLOSED and len(off) == steps.count and bool(np.all(np.isfinite(x)))
+            if sure[k]:
+                q[k] = equations.coordinates(x)
     return q, residual, sure

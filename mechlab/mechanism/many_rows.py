@@ -24,6 +24,7 @@ from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.many_motion import frame_part
 from mechlab.mechanism.many_poses import ManyPoses, matrices, rotation_vectors
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.one_pose import OnePose
 from mechlab.mechanism.parts import Frame
 from mechlab.mechanism.small_systems import lapack
 from mechlab.mechanism.structure import CERTAIN, generic, structure
@@ -99,19 +100,19 @@ class ManyRows:
 
     def one(self, q: Array, targets: Sequence[Any]) -> tuple[Array, Array]:
         """(m,) residual and (m, nv) Jacobian at one pose q (nq,), in the fewest calls."""
-        if self._batch is None or not self._batch.count:
-            placed = self.at(q[None])
-            return self.missing(placed, [np.asarray(x, dtype=float)[None] for x in targets])[0], placed.rows[0]
-        system = self._batch.system(q[None])[0]
-        off = self._scalars @ q + (self._zeros - targets)
-        return np.concatenate([system[:, -1], off]), np.concatenate([system[:, :-1], self._scalars])
+        if self._alone is not None:
+            return self._alone.evaluate(q, self._zeros - targets)
+        placed = self.at(q[None])
+        return self.missing(placed, [np.asarray(x, dtype=float)[None] for x in targets])[0], placed.rows[0]
 
     def residual_of_one(self, q: Array, targets: Sequence[Any]) -> Array:
         """(m,) the residual of `one` alone."""
-        if self._batch is None or not self._batch.count:
-            return self.one(q, targets)[0]
-        off = self._scalars @ q + (self._zeros - targets)
-        return np.concatenate([self._batch.residual(q[None])[0], off])
+        return self.one(q, targets)[0] if self._alone is None else self._alone.residual(q, self._zeros - targets)
+
+    @cached_property
+    def _alone(self) -> OnePose | None:
+        """One pose at a time, where all joints have one coordinate and no curve couples them."""
+        return None if self._batch is None or self._batch.curves else OnePose(self._batch, self._scalars)
 
     def _frame(self, frame: Frame, part: str) -> tuple[Array, Array]:
         assert self._poses is not None
