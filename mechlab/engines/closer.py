@@ -148,7 +148,7 @@ class Closer:
             raise MechlabError(f"{self.mechanism.name}: expected a mapping of names to values, got {short(values)}.")
         asked = given if values is None else dict(values) | given
         if not self.frames and len(asked) == len(self.names):  # the short way of a loop of poses
-            targets = [asked.get(n) for n in self.names]
+            targets: list[Any] = [asked.get(n) for n in self.names]
             if {*map(type, targets)} == FLOATS:
                 if self.unit != 1.0:
                     targets = [x / self._lengths[n] for n, x in zip(self.names, targets, strict=True)]
