@@ -34,7 +34,7 @@ START = (
 class Parameters:
     """Lengths as in the Test Set (Hairer & Wanner, VII.7); masses and moments of K1 to K7."""
 
-    torque: float = parameter(0.033, "N m", "torque on the crank at O", source=SOURCE)
+    torque: float = parameter(0.033, "N m", "torque on the crank at O", source=SOURCE, scene=True)
     spring_stiffness: float = parameter(4530.0, "N/m", "spring from C to D", source=SOURCE, low=0)
     spring_length: float = parameter(0.07785, "m", "its length without force", source=SOURCE, low=0)
     masses: tuple[float, float, float, float, float, float, float] = parameter(
@@ -73,8 +73,8 @@ class Parameters:
     fa: float = parameter(0.01421, "m", "E to the centre of K6", source=SOURCE, low=0)
     gravity: float = parameter(0.0, "m/s2", "gravity, along -y", source=SOURCE)
     start_angle: float = parameter(START[0], "rad", "crank angle at the start", source=SOURCE)
-    start_rate: float = parameter(0.0, "rad/s", "crank speed at the start", source=SOURCE)
-    duration: float = parameter(0.05, "s", "duration of the scene", source=SOURCE, low=0, strict=True)
+    start_rate: float = parameter(0.0, "rad/s", "crank speed at the start", source=SOURCE, scene=True)
+    duration: float = parameter(0.05, "s", "duration of the scene", source=SOURCE, low=0, strict=True, scene=True)
 
 
 def own(p: Parameters) -> Squeezer:

@@ -35,7 +35,7 @@ class Parameters:
         0.1, "m", "width of the bars: their inertia is that of a brick", source=SOURCE, low=0, strict=True
     )
     gravity_vector: tuple[float, float, float] = parameter((0.0, -9.81, 0.0), "m/s2", "gravity", source=SOURCE)
-    duration: float = parameter(10.0, "s", "duration of the scene", source=SOURCE, low=0, strict=True)
+    duration: float = parameter(10.0, "s", "duration of the scene", source=SOURCE, low=0, strict=True, scene=True)
 
 
 @lru_cache(maxsize=32)

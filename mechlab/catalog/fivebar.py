@@ -22,7 +22,7 @@ class Parameters:
     mode: int = parameter(1, "", "+1: P left of the way from the left pin to the right one, -1: right", low=-1, high=1)
     mass_per_length: float = parameter(1.0, "kg/m", "mass of the uniform bars", low=0, strict=True)
     gravity: float = parameter(9.81, "m/s2", "gravity, downwards")
-    speed: float = parameter(6.0, "rad/s", "speed of both cranks in the scenes")
+    speed: float = parameter(6.0, "rad/s", "speed of both cranks in the scenes", scene=True)
 
 
 def linkage(p: Parameters) -> Linkage:

@@ -32,7 +32,7 @@ class Parameters:
     damping: float = parameter(4e4, "N s/m", "dampers beside them", source=SOURCE, low=0)
     spring_length: float = parameter(0.5, "m", "length of the springs without force", source=SOURCE, low=0)
     ball_mass: float = parameter(5.0, "kg", "point mass at the end of each arm", source=SOURCE, low=0, strict=True)
-    start_rate: float = parameter(2 * math.pi, "rad/s", "speed of the shaft at the start", source=SOURCE)
+    start_rate: float = parameter(2 * math.pi, "rad/s", "speed of the shaft at the start", source=SOURCE, scene=True)
     density: float = parameter(3000.0, "kg/m3", "density of shaft, slider and arms", source=SOURCE, low=0, strict=True)
     arm_length: float = parameter(1.0, "m", "arms", source=SOURCE, low=0, strict=True)
     section: float = parameter(0.01, "m", "width of shaft and arms", source=SOURCE, low=0, strict=True)
@@ -42,7 +42,7 @@ class Parameters:
     start_angle: float = parameter(math.radians(30.0), "rad", "arms below the horizontal at the start", source=SOURCE)
     start_height: float = parameter(0.5, "m", "height of the slider at the start", source=SOURCE)
     gravity: float = parameter(9.81, "m/s2", "gravity, along -z", source=SOURCE)
-    duration: float = parameter(10.0, "s", "duration of the scene", source=SOURCE, low=0, strict=True)
+    duration: float = parameter(10.0, "s", "duration of the scene", source=SOURCE, low=0, strict=True, scene=True)
 
     @property
     def arm_mass(self) -> float:

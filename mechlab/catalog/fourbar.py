@@ -36,8 +36,8 @@ class Parameters:
     mode: int = parameter(1, "", "+1: C left of the vector from B to D, -1: right", low=-1, high=1)
     mass_per_length: float = parameter(1.0, "kg/m", "mass of the uniform bars", low=0, strict=True)
     gravity: float = parameter(9.81, "m/s2", "gravity, downwards")
-    speed: float = parameter(2 * math.pi, "rad/s", "crank speed of the scenes")
-    torque: float = parameter(0.2, "N m", "crank torque of the scene constant-torque")
+    speed: float = parameter(2 * math.pi, "rad/s", "crank speed of the scenes", scene=True)
+    torque: float = parameter(0.2, "N m", "crank torque of the scene constant-torque", scene=True)
 
     @property
     def lengths(self) -> tuple[float, float, float, float]:

@@ -37,8 +37,8 @@ class Parameters:
     rocker_mass: float = parameter(1.0, "kg", "mass of each rocker", source=SOURCE, low=0, strict=True)
     coupler_mass: float = parameter(1.0, "kg", "mass of each coupler", source=SOURCE, low=0, strict=True)
     gravity: float = parameter(9.81, "m/s2", "gravity, along -y", source=SOURCE)
-    start_speed: float = parameter(1.0, "m/s", "speed of B0 along +x at the start, all rockers upright", source=SOURCE)
-    duration: float = parameter(10.0, "s", "duration of the scene", source=SOURCE, low=0, strict=True)
+    start_speed: float = parameter(1.0, "m/s", "speed of B0 along +x at the start, all rockers upright", source=SOURCE, scene=True)
+    duration: float = parameter(10.0, "s", "duration of the scene", source=SOURCE, low=0, strict=True, scene=True)
 
 
 @lru_cache(maxsize=32)

@@ -37,8 +37,8 @@ class Parameters:
     mass: float = parameter(1.0, "kg", "point mass at its end", source=SOURCE, low=0, strict=True)
     gravity: float = parameter(9.81, "m/s2", "gravity, along -y", source=SOURCE)
     start_angle: float = parameter(math.pi, "rad", "angle from +x at the start", source=SOURCE)
-    start_rate: float = parameter(0.0, "rad/s", "rate at the start", source=SOURCE)
-    duration: float = parameter(10.0, "s", "duration of the scene", source=SOURCE, low=0, strict=True)
+    start_rate: float = parameter(0.0, "rad/s", "rate at the start", source=SOURCE, scene=True)
+    duration: float = parameter(10.0, "s", "duration of the scene", source=SOURCE, low=0, strict=True, scene=True)
 
 
 @lru_cache(maxsize=32)

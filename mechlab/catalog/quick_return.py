@@ -24,7 +24,7 @@ class Parameters:
     mass_per_length: float = parameter(1.0, "kg/m", "mass of the uniform bars", low=0, strict=True)
     slider_mass: float = parameter(0.2, "kg", "mass of the block and of the ram", low=0, strict=True)
     gravity: float = parameter(9.81, "m/s2", "gravity, downwards")
-    speed: float = parameter(6.0, "rad/s", "crank speed of the scenes")
+    speed: float = parameter(6.0, "rad/s", "crank speed of the scenes", scene=True)
 
 
 def linkage(p: Parameters) -> Linkage:

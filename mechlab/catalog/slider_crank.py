@@ -35,8 +35,8 @@ class Parameters:
     slider_mass: float = parameter(1.5, "kg", "slider", low=0, strict=True)
     gravity: float = parameter(9.81, "m/s2", "gravity, along -y")
     start_angle: float = parameter(math.radians(60.0), "rad", "crank angle at the start")
-    start_rate: float = parameter(10.0, "rad/s", "crank speed at the start")
-    duration: float = parameter(5.0, "s", "duration of the scene", low=0, strict=True)
+    start_rate: float = parameter(10.0, "rad/s", "crank speed at the start", scene=True)
+    duration: float = parameter(5.0, "s", "duration of the scene", low=0, strict=True, scene=True)
 
 
 ALONG = np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])

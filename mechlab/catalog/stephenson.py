@@ -28,7 +28,7 @@ class Parameters:
     mode_output: int = parameter(1, "", "+1: R left of the way from P to G, -1: right", low=-1, high=1)
     mass_per_length: float = parameter(1.0, "kg/m", "mass of the uniform bars", low=0, strict=True)
     gravity: float = parameter(9.81, "m/s2", "gravity, downwards")
-    speed: float = parameter(6.0, "rad/s", "crank speed of the scenes")
+    speed: float = parameter(6.0, "rad/s", "crank speed of the scenes", scene=True)
 
 
 def linkage(p: Parameters) -> Linkage:

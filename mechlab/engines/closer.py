@@ -39,6 +39,7 @@ from mechlab.values import in_unit, short
 
 NEAR = 1e-9
 """Largest residual [m or rad] at a pose of numpy that an engine's own Newton step may start from."""
+FLOATS = {float}
 Mask = NDArray[np.bool_]
 
 
@@ -146,9 +147,12 @@ class Closer:
         if values is not None and not isinstance(values, Mapping):
             raise MechlabError(f"{self.mechanism.name}: expected a mapping of names to values, got {short(values)}.")
         asked = given if values is None else dict(values) | given
-        if not self.frames and len(asked) == len(self.names) and all(type(asked.get(n)) is float for n in self.names):
-            scaled = asked if self.unit == 1.0 else {n: asked[n] / self._lengths[n] for n in self.names}
-            return self._plain(self._one(scaled))  # the short way of a loop of poses
+        if not self.frames and len(asked) == len(self.names):  # the short way of a loop of poses
+            targets: list[Any] = [asked.get(n) for n in self.names]
+            if {*map(type, targets)} == FLOATS:
+                if self.unit != 1.0:
+                    targets = [x / self._lengths[n] for n, x in zip(self.names, targets, strict=True)]
+                return self._plain(self._one(targets))
         asked = dict(asked)
         position = {n: self._number(n, asked.pop(n)) for n in self.names if n in asked}
         if missing := [n for n in self.names if n not in position]:
@@ -166,7 +170,7 @@ class Closer:
         count = 1 if one else shape[0]
         scaled = {n: x / self._lengths[n] if self._lengths[n] != 1.0 else x for n, x in position.items()}
         if one:
-            found = self._one(scaled)
+            found = self._one([x if type(x := scaled[n]) is float or np.ndim(x) else float(x) for n in self.names])
             q, residual, statuses = found.q[None], np.array([found.residual]), [found.status]
         else:
             q, residual, statuses = self._many_poses(scaled, count)
@@ -200,16 +204,16 @@ class Closer:
 
     def _plain(self, found: Assembly) -> ClosedPoses:
         """One pose without motion."""
-        q = found.q * self._q_units if found.status.exit_code == 0 else np.full(len(found.q), np.nan)
+        closed = found.status is Status.SOLVED or found.status.exit_code == 0
+        q = found.q * self._q_units if closed else np.full(len(found.q), np.nan)
         return ClosedPoses(self.mechanism, q, found.status, found.residual)
 
     # -- positions ---------------------------------------------------------------------------------------------------
 
-    def _one(self, given: Mapping[str, Any]) -> Assembly:
+    def _one(self, targets: list[Any]) -> Assembly:
         """One pose: by the warm start, else by the robust search from the pose before."""
-        targets = [x if type(x := given[n]) is float or np.ndim(x) else float(x) for n in self.names]
         if not all(math.isfinite(t) if type(t) is float else np.all(np.isfinite(t)) for t in targets):
-            raise MechlabError(f"{self.mechanism.name}: expected finite numbers, got {dict(given)!r}.")
+            raise MechlabError(f"{self.mechanism.name}: expected finite numbers, got {dict(zip(self.names, targets, strict=True))!r}.")
         found = self._warm.lead(targets)
         if found is not None:
             self._q = found.q
@@ -315,19 +319,19 @@ def confirmed(equations: PoseEquations, led: ManyClosed, targets: Sequence[Array
         return led.q, led.residual, led.closed
     steps = equations.newton_steps
     q, residual, sure = led.q.copy(), led.residual.copy(), led.closed.copy()
-    for k in np.flatnonzero(led.closed).tolist():
-        wanted = [t[k] for t in targets]
-        x = equations.start(led.q[k])
-        for _ in range(3):
-            off, rows = equations.evaluate(x, wanted)
-            size = largest(off)
-            if len(off) != steps.count or not size < NEAR:
-                break
-            with np.errstate(all="ignore"):
-                x = equations.step(x, steps.step(steps.inverse(rows), off))
-            if size < CLOSED:
-                break
-        residual[k], sure[k] = size, size < CLOSED and len(off) == steps.count and bool(np.all(np.isfinite(x)))
-        if sure[k]:
-            q[k] = equations.coordinates(x)
+    with np.errstate(all="ignore"):
+        for k in np.flatnonzero(led.closed).tolist():
+            wanted = [t[k] for t in targets]
+            x = equations.start(led.q[k])
+            for _ in range(3):
+                off, rows = equations.evaluate(x, wanted)
+                size = largest(off)
+                if len(off) != steps.count or not size < NEAR:
+                    break
+                x = equations.step(x, -steps.inverse_of_one(rows).dot(off))
+                if size < CLOSED:
+                    break
+            residual[k], sure[k] = size, size < CLOSED and len(off) == steps.count and bool(np.all(np.isfinite(x)))
+            if sure[k]:
+                q[k] = equations.coordinates(x)
     return q, residual, sure

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import MISSING, Field, field, fields
+from dataclasses import MISSING, Field, field, fields, is_dataclass, replace
 from fractions import Fraction
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Any, TypeVar, get_type_hints
 
 from mechlab.errors import MechlabError, explained, unknown
@@ -62,11 +62,24 @@ def parameter(
     low: float | None = None,
     high: float | None = None,
     strict: bool = False,
+    scene: bool = False,
 ) -> T:
     """A dataclass field, or the default of an argument of a function, with unit, meaning, source and limits; `strict` excludes the
-    value `low` itself."""
-    meta = {"unit": unit, "text": text, "source": source, "low": low, "high": high, "strict": strict}
+    value `low` itself; `scene`: only scenes use it, so that all its values share one mechanism."""
+    meta = {"unit": unit, "text": text, "source": source, "low": low, "high": high, "strict": strict, "scene": scene}
     return field(default=default, metadata=meta)
+
+
+def of_mechanism(parameters: Any) -> Any:
+    """The parameters with those at their defaults that only scenes use."""
+    of_scenes = scene_defaults(type(parameters))
+    return replace(parameters, **of_scenes) if of_scenes else parameters
+
+
+@cache
+def scene_defaults(cls: Any) -> dict[str, Any]:
+    """Default values of those parameters that only scenes use."""
+    return {f.name: f.default for f in (fields(cls) if is_dataclass(cls) else ()) if f.metadata.get("scene")}
 
 
 def describe(cls: type[Any]) -> tuple[ParameterInfo, ...]:

@@ -14,7 +14,7 @@ from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.laws import Constant
 from mechlab.experiment.laws.user import check_units, with_units
 from mechlab.experiment.model_file import LeftOut
-from mechlab.experiment.parameters import checked, describe, make, mechanism_units
+from mechlab.experiment.parameters import checked, describe, make, mechanism_units, of_mechanism
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.lab.own_mechanism import AS_IS, FREE, HOLD, holding
 from mechlab.lazy_dataclass import dataclass
@@ -75,7 +75,7 @@ class Design(Shown):
             raise MechlabError(
                 f"{self.name}: fidelity 'kinematic' is closed form only and has no Mechanism; the cheapest that has one is {others[0]!r}."
             )
-        return self.entry.build(self.parameters, chosen)
+        return self.entry.build(of_mechanism(self.parameters), chosen)
 
     def moving(self, scene: Scene) -> Mechanism:
         """The mechanism whose motion a run of the scene records: that of the file that it runs as it is, or else that of its fidelity."""

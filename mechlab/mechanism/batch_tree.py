@@ -45,7 +45,7 @@ class BatchTree:
         depth[n] = -1
         # frame in the parent's = basis[0] + basis[1] sin q (or q of a slide) + basis[2] (1 - cos q)
         basis = np.zeros((n, 3, 4, 4))
-        self._axis = np.zeros((n, 1, 4, 1))
+        self.axes = np.zeros((n, 1, 4, 1))
         self.revolute = np.array([j.kind == "revolute" for j in m.joints], dtype=bool)
         self.turns_only = bool(self.revolute.all())
         self.below = np.zeros((n + 1, n), dtype=bool)
@@ -61,15 +61,15 @@ class BatchTree:
                     basis[k, 1, :3, :3], basis[k, 2, :3, :3] = rotation @ across, rotation @ across @ across
                 else:
                     basis[k, 1, :3, 3] = rotation @ joint.axis
-                self._axis[k, 0, :3, 0] = joint.axis
+                self.axes[k, 0, :3, 0] = joint.axis
                 parents[k], depth[k] = link, depth[link] + 1
                 self.below[k] = self.below[link]
                 self.below[k, k] = True
                 link, rotation, shift = k, np.eye(3), np.zeros(3)
                 k += 1
             place[body.name] = (link, rotation, shift)
-        self.place = place
-        self._basis = basis.reshape(n, 3, 16)
+        self.place, self.parents = place, parents
+        self.basis = basis.reshape(n, 3, 16)
         levels = [np.flatnonzero(depth[:n] == d) for d in range(max(depth) + 1)]
         self._levels = [(evenly(a), evenly(parents[a])) for a in levels[1:]]
         self._first, self._slides = evenly(levels[0]), evenly(np.flatnonzero(~self.revolute))
@@ -104,7 +104,7 @@ class BatchTree:
         np.subtract(1.0, np.cos(q), out=weights[:, :, 2])
         if not self.turns_only:
             weights[self._slides, :, 1] = q[self._slides]
-        steps = (weights @ self._basis).reshape(n, count, 4, 4)
+        steps = (weights @ self.basis).reshape(n, count, 4, 4)
         frames = np.empty((n + 1, count, 4, 4))
         frames[n] = _GROUND
         frames[self._first] = steps[self._first]
@@ -124,7 +124,7 @@ class BatchTree:
         """(3, k, 4) for a tree of one joint: points = first + second sin q (or q of a slide) + third (1 - cos q)."""
         fixed = np.zeros((3, 4, 4))
         fixed[0] = _GROUND
-        both = np.stack([self._basis[0].reshape(3, 4, 4), fixed])
+        both = np.stack([self.basis[0].reshape(3, 4, 4), fixed])
         return np.asarray((both[links].swapaxes(0, 1) @ places[None, :, 0])[..., 0])
 
     def frame_positions(self, q: ArrayLike) -> Array:
@@ -151,7 +151,7 @@ class BatchTree:
     def screws(self, poses: Poses) -> tuple[Array, Array]:
         """(n, P, 3) velocity of the point at the world's origin and (n, P, 3) angular velocity, of each joint at rate 1."""
         joints = poses.frames[:-1]
-        angular = (joints @ self._axis)[:, :, :3, 0]
+        angular = (joints @ self.axes)[:, :, :3, 0]
         linear = crossed(joints[..., :3, 3], angular)
         if not self.turns_only:
             linear[self._slides] = angular[self._slides]
@@ -193,7 +193,7 @@ def crossed(a: Array, b: Array) -> Array:
     return np.asarray((across(a) @ b[..., None])[..., 0])
 
 
-def _frames(turns: Array, places: Array) -> Array:
+def fixed_frames(turns: Array, places: Array) -> Array:
     """(k, 1, 4, 4) of rotations (k, 1, 3, 3) and places (k, 1, 4, 1), homogeneous."""
     out = np.zeros((len(turns), 1, 4, 4))
     out[..., :3, :3], out[..., 3] = turns, places[..., 0]
@@ -214,7 +214,7 @@ class BatchRows:
         self.turn_a = np.array([tree.place[x.body_a][1] @ x.placement_a.rotation for x in loops]).reshape(-1, 1, 3, 3)
         self.turn_b = np.array([tree.place[x.body_b][1] @ x.placement_b.rotation for x in loops]).reshape(-1, 1, 3, 3)
         both = np.concatenate([self.turn_a, self.turn_b]), np.concatenate([self.a[1], self.b[1]])
-        self._ends = np.concatenate([self.a[0], self.b[0]]), _frames(*both)
+        self._ends = np.concatenate([self.a[0], self.b[0]]), fixed_frames(*both)
         offsets = [(i, AXES.index(u)) for i, x in enumerate(loops) for u in _LOOP_TABLE[x.kind][0]]
         angles = [(i, AXES.index(u), AXES.index(w)) for i, x in enumerate(loops) for u, w in _LOOP_TABLE[x.kind][1]]
         self.offsets = np.array(offsets, dtype=int).reshape(-1, 2).T

@@ -73,7 +73,7 @@ class LoopConstraint:
         """Name of the loop."""
         return self.loop.name
 
-    @property
+    @cached_property
     def rows(self) -> tuple[str, ...]:
         """Row names: offset rows "name.x", angle rows "name.x_z" (x of a against z of b)."""
         offsets, angles = _LOOP_TABLE[self.loop.kind]

@@ -8,7 +8,7 @@ rows, the rotation vector from the target to the value). Rows that repeat others
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -24,7 +24,9 @@ from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.many_motion import frame_part
 from mechlab.mechanism.many_poses import ManyPoses, matrices, rotation_vectors
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.one_pose import OnePose
 from mechlab.mechanism.parts import Frame
+from mechlab.mechanism.small_systems import lapack
 from mechlab.mechanism.structure import CERTAIN, generic, structure
 
 Indices = NDArray[np.int_]
@@ -98,19 +100,19 @@ class ManyRows:
 
     def one(self, q: Array, targets: Sequence[Any]) -> tuple[Array, Array]:
         """(m,) residual and (m, nv) Jacobian at one pose q (nq,), in the fewest calls."""
-        if self._batch is None or not self._batch.count:
-            placed = self.at(q[None])
-            return self.missing(placed, [np.asarray(x, dtype=float)[None] for x in targets])[0], placed.rows[0]
-        system = self._batch.system(q[None])[0]
-        off = self._scalars @ q + (self._zeros - targets)
-        return np.concatenate([system[:, -1], off]), np.concatenate([system[:, :-1], self._scalars])
+        if self._alone is not None:
+            return self._alone.evaluate(q, self._zeros - targets)
+        placed = self.at(q[None])
+        return self.missing(placed, [np.asarray(x, dtype=float)[None] for x in targets])[0], placed.rows[0]
 
     def residual_of_one(self, q: Array, targets: Sequence[Any]) -> Array:
         """(m,) the residual of `one` alone."""
-        if self._batch is None or not self._batch.count:
-            return self.one(q, targets)[0]
-        off = self._scalars @ q + (self._zeros - targets)
-        return np.concatenate([self._batch.residual(q[None])[0], off])
+        return self.one(q, targets)[0] if self._alone is None else self._alone.residual(q, self._zeros - targets)
+
+    @cached_property
+    def _alone(self) -> OnePose | None:
+        """One pose at a time, where all joints have one coordinate and no curve couples them."""
+        return None if self._batch is None or self._batch.curves else OnePose(self._batch, self._scalars)
 
     def _frame(self, frame: Frame, part: str) -> tuple[Array, Array]:
         assert self._poses is not None
@@ -176,6 +178,10 @@ class NewtonSteps:
         self._all = len(self._rows) == self.count
         self._held = held if len(self.keep) + len(held) == rows.shape[1] else None
 
+    @cached_property
+    def _solve(self) -> Callable[..., tuple[Array, Array, Array, int]]:
+        return lapack().dgesv
+
     def inverse(self, rows: Array) -> Array:
         """(..., n, k) such that the step is -inverse @ the residuals of the rows that count; NaN where they are exactly singular. rows
         (..., m, n)."""
@@ -187,6 +193,20 @@ class NewtonSteps:
         if self.tall:
             return np.asarray(inverted(across @ kept) @ across / self._sizes)
         return np.asarray(across @ inverted(kept @ across) / self._sizes)
+
+    def inverse_of_one(self, rows: Array) -> Array:
+        """(n, m) such that the step of one pose is -inverse @ its residuals, all of them; rows (m, n). As `inverse`, in fewer calls."""
+        if self.square and not self.tall:
+            kept = rows if self._all else rows.take(self._rows, 0)
+            _, _, found, singular = self._solve(kept, self._unit)
+            found = np.full_like(found, np.nan) if singular else found
+        else:
+            found = self.inverse(rows)
+        if self._all:
+            return np.asarray(found)
+        out = np.zeros((len(found), self.count))
+        out[:, self._rows] = found
+        return out
 
     def step(self, inverse: Array, residual: Array) -> Array:
         """(..., n) Newton steps for residuals (..., m)."""
@@ -201,12 +221,12 @@ class NewtonSteps:
         return _signs(rows if self._all and self.square else rows[..., self.keep, :], self._held)
 
     def stays(self, inverse: Array, rows: Array) -> bool:
-        """Whether the determinant surely has the sign that it has where `inverse` (n, k) is that of the rows: |inverse rows - 1| < 1, so
-        that no matrix between the two is singular. One pose, rows (m, n); False where no rows are square by themselves."""
+        """Whether the determinant surely has the sign that it has where `inverse` (n, m) of one pose is that of the rows: |inverse rows
+        - 1| < 1, so that no matrix between the two is singular. One pose, rows (m, n); False where no rows are square by themselves."""
         if not self.square or self.tall:
             return False
-        change = inverse @ (rows if self._all else rows[self._rows]) - self._unit
-        return float(np.vdot(change, change)) < 1.0
+        change = (inverse.dot(rows) - self._unit).ravel()
+        return float(change.dot(change)) < 1.0
 
     def same_mode(self, before: Array, after: Array) -> NDArray[np.bool_]:
         """(...) whether near poses, rows (..., m, n), are in one mode, where rows repeat others: the sign is followed from pose to

@@ -1,10 +1,13 @@
-"""Many small linear systems with positive definite matrices at once.
+"""Small linear systems: LAPACK's own functions for one, and many at once with positive definite matrices.
 
 A library call for each matrix costs more than the arithmetic of a small one: up to SMALL unknowns the elimination runs over all
 systems together, the system as the last index. Symmetric positive definite matrices need no pivots.
 """
 
 from __future__ import annotations
+
+from functools import cache
+from types import ModuleType
 
 import numpy as np
 
@@ -14,6 +17,14 @@ SMALL = 5
 """Most unknowns of systems that are eliminated together."""
 TOGETHER = 512
 """Systems that are eliminated together at most: their numbers stay in the processor's cache."""
+
+
+@cache
+def lapack() -> ModuleType:
+    """LAPACK's own functions, loaded when the first matrix is factored: scipy takes .1 s to load, and poses need none."""
+    import scipy.linalg.lapack
+
+    return scipy.linalg.lapack
 
 
 def solve_positive(a: Array, b: Array) -> Array:

@@ -27,8 +27,8 @@ REGULAR = 1e4
 
 EXACT = 1e-15
 """Residual [m or rad] that no Newton step makes smaller."""
-CUBIC = np.array([4.0, -6.0, 4.0, -1.0])
-"""Extrapolation by one even step of the cubic through four values, the last one first."""
+FEWEST, MOST = 4, 8
+"""Poses that a polynomial is led through: a cubic at least; beyond 8, rounding grows more than the polynomial gains."""
 EVEN = 0.1
 """Share of the step by which extrapolated given values may miss the targets."""
 CHORD = 1e-5
@@ -40,8 +40,22 @@ FAR, PARTS = 100.0, 2.0
 
 def length(values: Array) -> float:
     """Euclidean length of all numbers, no less than the largest of them, in the fewest calls; NaN stays."""
-    flat = values.reshape(-1)
-    return math.sqrt(float(flat @ flat))
+    flat = values if values.ndim == 1 else values.ravel()
+    return math.sqrt(flat.dot(flat))
+
+
+def _extrapolations() -> Array:
+    """[count, last] (MOST,) weights of kept poses, the last one in place `last` and older ones in the places before it, around the end:
+    their sum is one even step further on the polynomial through the last `count` of them."""
+    out = np.zeros((MOST + 1, MOST, MOST))
+    for count in range(1, MOST + 1):
+        for last in range(MOST):
+            for back in range(count):
+                out[count, last, last - back] = (-1) ** back * math.comb(count, back + 1)
+    return out
+
+
+EVENLY = _extrapolations()
 
 
 def largest(values: Array) -> float:
@@ -118,20 +132,19 @@ class WarmStart:
         self.equations = equations
         self._steps = equations.newton_steps
         self._longest = LONGEST * step_size(equations.mechanism)
-        self._flat = equations.mechanism.nq == equations.mechanism.nv
-        self._kept: tuple[Array, tuple[Any, ...], Array] | None = None
+        self._kept: tuple[Array, Any, Array] | None = None
         self._rows: Array | None = None
-        self._past, self._known = np.empty((len(CUBIC), 0)), 0
-        self._mode = 0.0
+        self._past, self._known, self._last = np.zeros((MOST, 0)), 0, 0
+        self._plain, self._mode = False, 0.0
 
     def put(self, q: Array, values: Sequence[Any]) -> None:
         """Keep the closed pose q (nq,), whose named quantities have the values."""
         x = self.equations.start(np.asarray(q, dtype=float))
         rows = self.equations.evaluate(x, values)[1]
-        self._kept = (x, tuple(values), self._steps.inverse(rows))
-        # the last poses and their given values, where all are numbers
-        plain = self._flat and not any(np.ndim(t) for t in values)
-        self._past, self._known = np.empty((len(CUBIC), len(x) + len(values) if plain else 0)), 0
+        # the last poses and their given values are kept where all are numbers
+        self._plain = len(x) == rows.shape[1] and not any(np.ndim(t) for t in values)
+        self._kept = (x, np.array(values) if self._plain else tuple(values), self._steps.inverse_of_one(rows))
+        self._past, self._known = np.zeros((MOST, len(x) + len(values) if self._plain else 0)), 0
         self._rows = rows
         self._mode = float(self._steps.modes(rows))
 
@@ -140,51 +153,49 @@ class WarmStart:
         lines of the given values."""
         if self._kept is None:
             return None
-        x, values, inverse = self._kept
-        dv, ahead = self._predicted(x, values, inverse, targets)
-        way = length(dv) / self._longest
+        wanted = np.array(targets) if self._plain else targets
+        ahead, far = self._predicted(wanted)
+        way = far / self._longest
         if way <= 1.0:
-            return self._closed(targets, dv, ahead)
-        if not (way <= FAR and self._past.size):
+            return self._closed(wanted, ahead, far)
+        if not (way <= FAR and self._plain):
             return None
-        begin, rows, count = np.array(values), self._rows, math.ceil(PARTS * way)
-        between = begin + np.linspace(0.0, 1.0, count + 1)[1:-1, None] * (np.array(targets) - begin)
-        for part in (*between.tolist(), targets):
-            assert self._kept is not None
-            dv, ahead = self._predicted(*self._kept, part)
-            found = self._closed(part, dv, ahead) if length(dv) <= self._longest else None
+        kept, rows, count = self._kept, self._rows, math.ceil(PARTS * way)
+        between = kept[1] + np.linspace(0.0, 1.0, count + 1)[1:-1, None] * (wanted - kept[1])
+        for part in (*between, wanted):
+            ahead, far = self._predicted(part)
+            found = self._closed(part, ahead, far) if far <= self._longest else None
             if found is None:
-                self._kept, self._rows, self._known = (x, values, inverse), rows, 0
+                self._kept, self._rows, self._known = kept, rows, 0
                 return None
         return found
 
-    def _closed(self, targets: Sequence[Any], dv: Array, ahead: Array | None) -> Assembly | None:
-        """Newton's method for the targets, from the kept pose moved by dv, or from `ahead`."""
+    def _closed(self, targets: Any, x: Array, before: float) -> Assembly | None:
+        """Newton's method for the targets from x, which is so far from the kept pose."""
         assert self._kept is not None
-        x, _, inverse = self._kept
-        equations, steps, before = self.equations, self._steps, length(dv)
-        x, size, rows = equations.step(x, dv) if ahead is None else ahead, np.inf, None
+        inverse = self._kept[2]
+        equations, steps, size, rows = self.equations, self._steps, np.inf, None
         for k in range(1, POLISH):
             near = rows is not None and before <= CHORD
             residual = equations.residual(x, targets) if near else None
             if residual is None or not length(residual) < ROUNDING:
                 residual, rows = equations.evaluate(x, targets)
-                inverse = steps.inverse(rows) if len(residual) == steps.count else inverse
+                inverse = steps.inverse_of_one(rows) if len(residual) == steps.count else inverse
             if rows is None or len(residual) != steps.count:
                 return None
             last, size = size, length(residual)
             if size < EXACT:
-                return self._taken(x, tuple(targets), rows, inverse, size, k)
-            dv = steps.step(inverse, residual)
+                return self._taken(x, targets, rows, inverse, size, k)
+            dv = -inverse.dot(residual)
             correction = length(dv)
             if not correction <= CONTRACTS * before + ROUNDING:
                 return None
             x, before = equations.step(x, dv), correction
             if size < CLOSED or (size < ROUNDING and size > 0.5 * last):
-                return self._taken(x, tuple(targets), rows, inverse, size, k)
+                return self._taken(x, targets, rows, inverse, size, k)
         return None
 
-    def _taken(self, x: Array, targets: tuple[Any, ...], rows: Array, inverse: Array, size: float, k: int) -> Assembly | None:
+    def _taken(self, x: Array, targets: Any, rows: Array, inverse: Array, size: float, k: int) -> Assembly | None:
         if not length(inverse) < REGULAR:
             return None
         assert self._kept is not None
@@ -195,31 +206,27 @@ class WarmStart:
                 return None
             self._rows = rows
         self._kept = (x, targets, inverse)
-        if self._past.size:
-            self._past[1:] = self._past[:-1]
-            self._past[0, : len(x)], self._past[0, len(x) :] = x, targets
-            self._known += 1
+        if self._plain:
+            self._known, self._last = min(self._known + 1, MOST), (self._last + 1) % MOST
+            past = self._past[self._last]
+            past[: len(x)], past[len(x) :] = x, targets
         return Assembly(self.equations.coordinates(x), size, k, Status.SOLVED)
 
-    def _predicted(
-        self, x: Array, values: tuple[Any, ...], inverse: Array, targets: Sequence[Any]
-    ) -> tuple[Array, Array | None]:
-        """The step from the kept pose along its tangent; and where the path goes on evenly, the place that a cubic through the last
-        poses predicts, with what the given values lack there put right along the tangent."""
-        off = self._off(x, values, targets)
-        if self._known >= len(CUBIC):
-            there = CUBIC @ self._past
-            missing = there[len(x) :] - targets
+    def _predicted(self, targets: Any) -> tuple[Array, float]:
+        """A place near the pose that has the targets, and how far it is from the kept pose: where the path goes on evenly, on the
+        polynomial through the last poses, with what the given values lack there put right along the tangent; else on the tangent."""
+        assert self._kept is not None
+        x, values, inverse = self._kept
+        if not self._plain:
+            dv = -inverse.dot(self.equations.evaluate(x, targets)[0])
+            return self.equations.step(x, dv), length(dv)
+        tangent, off = inverse[:, inverse.shape[1] - len(targets) :], targets - values
+        if self._known >= FEWEST:
+            there = EVENLY[self._known, self._last].dot(self._past)
+            missing = targets - there[len(x) :]
             if length(missing) <= EVEN * length(off):
-                off[len(off) - len(missing) :] = missing
-                ahead = there[: len(x)] + self._steps.step(inverse, off)
-                return ahead - x, ahead
-        return self._steps.step(inverse, off), None
-
-    def _off(self, x: Array, values: tuple[Any, ...], targets: Sequence[Any]) -> Array:
-        """(m,) residual at the kept pose with new targets; it needs no look at the pose where all of them are numbers."""
-        if not self._past.size and any(np.ndim(t) for t in targets):
-            return self.equations.evaluate(x, targets)[0]
-        out = np.zeros(self._steps.count)
-        out[len(out) - len(targets) :] = np.subtract(values, targets)
-        return out
+                ahead = there[: len(x)] + tangent.dot(missing)
+                return ahead, length(ahead - x)
+            self._known = FEWEST - 1  # the path bends: the polynomial begins anew
+        dv = tangent.dot(off)
+        return self.equations.step(x, dv), length(dv)

@@ -45,7 +45,9 @@ class Closer:
 
     def residual(self, q: Array, targets: Sequence[ArrayLike]) -> Array:
         """(m,) the residual of `evaluate`."""
-        return self.evaluate(q, targets)[0]
+        self.kin.set(q)
+        residual = self.constraints.residual()
+        return np.concatenate([residual, self.quantities.differences(targets)]) if self.names else residual
 
     def start(self, q: Array) -> Array:
         """The coordinates in which the equations are solved: q (nq,) itself."""

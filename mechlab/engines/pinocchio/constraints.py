@@ -157,7 +157,10 @@ class PinConstraints:
 
     def residual(self) -> Array:
         """(rows,) r(q)."""
-        return self.evaluate()[0]
+        if self._curves:
+            return self._with_curves()[0]
+        own = self._look()[0] if len(self.loop_of_row) else np.zeros(0)
+        return np.concatenate([own, self._relation_q @ self.kin.q]) if len(self.relations) else own
 
     def jacobian(self) -> Array:
         """(rows, nv) J(q)."""

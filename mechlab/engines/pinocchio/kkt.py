@@ -10,27 +10,17 @@ only: whoever knows their rank says it, so that the small difference is not divi
 
 from __future__ import annotations
 
-from functools import cache
-from types import ModuleType
-
 import numpy as np
 
 from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.small_systems import lapack
 
 PIVOT = 1e-5
 SMALL = 0.03
 """Rows that repeat others may be small, and point anywhere where loops are a little open: smaller ones than this, relative to the largest,
 are not scaled up to it."""
 RANK = 1e-10
-
-
-@cache
-def lapack() -> ModuleType:
-    """LAPACK's own functions, loaded when the first matrix is factored: scipy takes .1 s to load, and poses need none."""
-    import scipy.linalg.lapack
-
-    return scipy.linalg.lapack
 
 
 @dataclass(frozen=True)

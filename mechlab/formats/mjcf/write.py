@@ -30,7 +30,7 @@ def scene_mjcf(m: Mechanism) -> str:
     The floor lies below the mechanism; where gravity does not act along -z, the camera looks from above and the floor
     serves as a drawing board.
     """
-    size = spread(m)
+    size = spread(TreeKinematics(m))
     low, centre = _extent(m)
     upright = m.gravity[2] < 0.0
     floor = min(0.0, low) - (0.35 if upright else 0.15) * size
@@ -101,7 +101,8 @@ def to_mjcf(
     s = settings or Settings()
     files = mesh_files or {}
     plan = loops.connectors(m)
-    size = loops.spread(m)
+    tree = TreeKinematics(m)
+    size = loops.spread(tree)
     root = ET.Element("mujoco", {"model": m.name})
     root.append(
         ET.Comment(
@@ -109,7 +110,7 @@ def to_mjcf(
         )
     )
     add(root, "compiler", angle="radian", autolimits="true", fusestatic="false")
-    _option(root, m, s)
+    _option(root, m, s, tree, size)
     add(add(root, "custom"), "text", name="written_by", data="mechlab")
     _defaults(root, contacts)
     meshes = _assets(root, files)
@@ -123,13 +124,13 @@ def to_mjcf(
     return text(root)
 
 
-def _option(root: ET.Element, m: Mechanism, s: Settings) -> None:
+def _option(root: ET.Element, m: Mechanism, s: Settings, tree: TreeKinematics, size: float) -> None:
     """The <option> element. jacobian="dense", because the sparse factorization of MuJoCo 4.0.0 returns wrong accelerations (its issue
     3767). diagexact where a loop joins bodies that only turn about their centres of mass (see `loops.joins_still_masses`), and for
     curves, whose softness would else not know their slope."""
     integrator = s.integrator if s.integrator in MUJOCO_INTEGRATORS else "RK4"
     option = add(root, "option", timestep=s.timestep, gravity=m.gravity, integrator=integrator, jacobian="dense")
-    exact = "enable" if m.curves or loops.joins_still_masses(m) else None
+    exact = "enable" if m.curves or loops.joins_still_masses(tree, size) else None
     add(option, "flag", clampctrl=None if drives.clamps(m) else "disable", autoreset="disable", diagexact=exact)
 
 

@@ -169,16 +169,14 @@ STILL = 1e-3
 """A centre of mass is taken to stand still where all joints move it by less than this, relative to the size of the mechanism."""
 
 
-def joins_still_masses(m: Mechanism) -> bool:
+def joins_still_masses(tree: TreeKinematics, size: float) -> bool:
     """Whether a pinned loop joins bodies whose centres of mass no joint moves, in the reference pose, as the cross of a cardan joint.
 
     MuJoCo scales the softness of a pin by how easily forces move the two centres of mass, in that pose. Where they do not, it becomes 0:
     the row is stiffer than numbers can be, and the run breaks. The flag diagexact scales by the row itself.
     """
+    m = tree.mechanism
     pinned = [x for x in m.loops if x.kind in ("spherical", "revolute")]
-    if not pinned:
-        return False
-    tree, size = TreeKinematics(m), spread(m)
 
     def still(body: str) -> bool:
         if body == GROUND:
@@ -192,9 +190,9 @@ def joins_still_masses(m: Mechanism) -> bool:
     return any(still(x.body_a) and still(x.body_b) for x in pinned)
 
 
-def spread(m: Mechanism) -> float:
-    """Characteristic length [m] of a mechanism: half its largest extent in the reference pose, two digits."""
-    tree = TreeKinematics(m)
+def spread(tree: TreeKinematics) -> float:
+    """Characteristic length [m] of a mechanism: half its largest extent in the reference pose, where the tree is; two digits."""
+    m = tree.mechanism
     points = [np.zeros(3)]
     for body in m.bodies:
         r, p = tree.pose(body.name)
