@@ -72,7 +72,8 @@ def parameter(
 
 def of_mechanism(parameters: Any) -> Any:
     """The parameters with those at their defaults that only scenes use."""
-    of_scenes = scene_defaults(type(parameters))
+    cls: Any = type(parameters)
+    of_scenes = scene_defaults(cls)
     return replace(parameters, **of_scenes) if of_scenes else parameters
 
 

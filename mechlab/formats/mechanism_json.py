@@ -83,6 +83,8 @@ def _hints(cls: type) -> dict[str, Any]:
 
 
 def _decode(hint: Any, value: Any, path: str) -> Any:
+    if hint is float and type(value) is float and -LARGEST_NUMBER <= value <= LARGEST_NUMBER:
+        return value  # most values of a file
     if get_origin(hint) in (types.UnionType, Union):
         if value is None:
             return None

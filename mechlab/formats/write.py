@@ -24,7 +24,7 @@ from mechlab.mechanism.parts import FLOOR, GROUND, Shape
 MESHES = "meshes"
 SAME_SIZE = 1e-9
 """Relative difference of sizes below which two solids share a mesh: the digits that an OBJ holds."""
-Verify = Callable[[Path, Mechanism], None]
+Verify = Callable[[Path, Mechanism], object]
 
 
 def write_files(
@@ -32,16 +32,16 @@ def write_files(
 ) -> dict[str, Path]:
     """Write the files of a mechanism into `out_dir`, which is made if it does not exist; returns label -> path.
 
-    Labels: "mjcf", "scene", "urdf", "json", and "meshes/FILE" for each mesh. `verify(folder, mechanism)` may reload
-    the files by their consumers and raise before anything is moved into place. Raises MechlabError when the folder
-    cannot be written.
+    Labels: "mjcf", "scene", "urdf", "json", and "meshes/FILE" for each mesh. `verify(folder, read)` may reload the files by their
+    consumers and raise before anything is moved into place; read: the mechanism that the JSON reads back as. Raises MechlabError when
+    the folder cannot be written.
     """
     out = Path(out_dir)
     with whole_folder(out) as stage:
         names = _write(m, stage, settings)
-        check_texts(stage, m)
+        again = check_texts(stage, m)
         if verify is not None:
-            verify(stage, m)
+            verify(stage, again)
     return {label: out / name for label, name in names.items()}
 
 
@@ -104,13 +104,15 @@ def _free_name(stem: str, taken: Sequence[str]) -> str:
     return next(n for n in names if n.lower() not in folded)
 
 
-def check_texts(folder: Path, m: Mechanism) -> None:
-    """Read the written texts back: the XML parses, the files it names exist, the JSON is the same mechanism."""
+def check_texts(folder: Path, m: Mechanism) -> Mechanism:
+    """Read the written texts back: the XML parses, the files it names exist, the JSON is the same mechanism, which is returned."""
     for name in (f"{m.name}.xml", "scene.xml", f"{m.name}.urdf"):
         root = ET.fromstring((folder / name).read_text("utf-8"))
         for element in root.iter():
             file = element.get("file") or element.get("filename")
             if file is not None and not (folder / file).is_file():
                 raise MechlabError(f"{name} names the file {file!r}, which was not written.")
-    if from_json((folder / f"{m.name}.json").read_text("utf-8")) != m:
+    again = from_json((folder / f"{m.name}.json").read_text("utf-8"))
+    if again != m:
         raise MechlabError(f"{m.name}.json does not read back as the same mechanism; please report this.")
+    return again

@@ -47,11 +47,8 @@ def write_verified(mechanism: Mechanism, out: str | Path, settings: Settings | N
     Raises MechlabError naming the file and its consumer.
     """
 
-    def reload(folder: Path, m: Mechanism) -> None:
-        verify(m, folder)
-
     trial = try_file(mechanism, settings)
-    written = write_files(mechanism, Path(out), trial.settings, verify=reload)
+    written = write_files(mechanism, Path(out), trial.settings, verify=lambda folder, again: _reloaded(mechanism, folder, again))
     folders = {kind.partition("/")[0]: path for kind, path in written.items()}
     return Written({kind: path.parent if kind == "meshes" else path for kind, path in folders.items()}, trial,
                    tuple(x.name for x in mechanism.curves))  # fmt: skip
@@ -67,11 +64,12 @@ def verify(mechanism: Mechanism, folder: Path) -> dict[str, Any]:
     again = from_json((folder / f"{name}.json").read_text())
     if again != mechanism:
         raise MechlabError(f"{name}.json does not read back as the same mechanism.")
-    found: dict[str, Any] = {"json": "equal"}
-    found |= _mujoco(mechanism, folder)
-    found |= _pinocchio(mechanism, folder, again)
-    found |= _yourdfpy(mechanism, folder)
-    return found
+    return {"json": "equal"} | _reloaded(mechanism, folder, again)
+
+
+def _reloaded(mechanism: Mechanism, folder: Path, again: Mechanism) -> dict[str, Any]:
+    """What MuJoCo, Pinocchio and yourdfpy find in the files; `again`: the mechanism that the JSON reads back as."""
+    return _mujoco(mechanism, folder) | _pinocchio(mechanism, folder, again) | _yourdfpy(mechanism, folder)
 
 
 def _mujoco(m: Mechanism, folder: Path) -> dict[str, Any]:

@@ -223,9 +223,10 @@ class TreeKinematics:
             if body.inertia.mass == 0.0:
                 continue
             r = self.rotations[i]
-            j = self.jacobian(body.name, self.origins[i] + r @ np.array(body.inertia.com))
+            columns = self._columns[i]  # of the joints that move the body
+            j = self.jacobian(body.name, self.origins[i] + r @ np.array(body.inertia.com))[:, columns]
             tensor = r @ body.inertia.matrix() @ r.T
-            out += body.inertia.mass * j[:3].T @ j[:3] + j[3:].T @ tensor @ j[3:]
+            out[np.ix_(columns, columns)] += body.inertia.mass * j[:3].T @ j[:3] + j[3:].T @ tensor @ j[3:]
         for joint in m.joints:
             s = m.v_slice[joint.name]
             out[s, s] += joint.armature * np.eye(joint.nv)

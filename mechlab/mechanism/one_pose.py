@@ -12,6 +12,7 @@ V: velocity of the point of a body that is at the world's origin, angular veloci
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mechlab.mechanism.batch_tree import BatchRows, fixed_frames
 from mechlab.mechanism.geometry import Array
@@ -50,7 +51,8 @@ class OnePose:
         self._ends = np.concatenate([*ends, joints])
         self._loops = np.concatenate([rows.offsets[0], rows.angles[0], len(rows.a[0]) + np.arange(rods)]).astype(int)
         self._places = self._looked_up(rows)
-        self._found, self._parts = np.empty(self._ends.shape), np.empty(self._places.shape)
+        self._found: Array = np.empty(self._ends.shape)
+        self._parts: Array = np.empty(self._places.shape)
         count = self._count = len(self._loops)
         self._rods, self._lengths = slice(count - rods, count), rows.lengths
         self._lines, self._moves = np.empty((count + n, 9)), np.ones((count + n, 1))
@@ -59,7 +61,7 @@ class OnePose:
         between = np.concatenate([rows.between, rows.rod_between])[self._loops, 0, 0]
         self._between, self._rows = between, np.concatenate([between, self._linear])
 
-    def _looked_up(self, rows: BatchRows) -> Array:
+    def _looked_up(self, rows: BatchRows) -> NDArray[np.intp]:
         """(7, rows + joints, 3) places in the homogeneous matrices of all ends, then of all joints."""
         n, loops = rows.tree.ground, len(rows.a[0]) + len(rows.rod_a[0])
         a, b = 16 * self._loops[:, None], 16 * (loops + self._loops)[:, None]
@@ -69,7 +71,7 @@ class OnePose:
         angle[offsets : offsets + angles] = True
         u[:offsets, 0] = rows.offsets[1]
         u[angle], w[angle] = rows.angles[1:]
-        out = np.empty((7, len(a) + n, 3), dtype=int)
+        out = np.empty((7, len(a) + n, 3), dtype=np.intp)
         at, j = out[:, : len(a)], 16 * (2 * loops + np.arange(n))[:, None]
         at[_U], at[_HELD] = a + u + _COLUMN, b + np.where(angle, w, 3) + _COLUMN
         at[_START] = a + np.where(angle, _ZERO, 3 + _COLUMN)
