@@ -52,7 +52,7 @@ def forget() -> None:
     """Empty every cache of this process, so that the next call pays for what it builds."""
     for found in gc.get_objects():
         if isinstance(found, functools._lru_cache_wrapper) and found.__module__.startswith("mechlab."):
-            if found.__module__ != "mechlab.algebra_threads":  # the libraries of the process are no models
+            if found.__name__ not in ("_versions", "_libraries"):  # what the process has imported is no model
                 found.cache_clear()
 
 

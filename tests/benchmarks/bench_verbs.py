@@ -22,6 +22,11 @@ SHORT = 1.0
 """A verb that takes less than this [s] is started three times."""
 
 
+ASKED_FOR = (
+    "andrews bricard class4_linkage closed_differential delta6 fivebar flyball fourbar gear_linkage impulse_transmission n_fourbar "
+    "pendulum planetary planetary_stage platform_3rrr prosthetic_leg quick_return slider_crank stephenson wolfrom"
+)
+"""The entries that there were when `check` of all was asked to take 60 s."""
 ASKED: Mapping[str, float] = {
     "import mechlab": 0.05,
     "--help": 0.1,
@@ -31,6 +36,7 @@ ASKED: Mapping[str, float] = {
     "solve fourbar crank_angle=1.2": 0.5,
     "generate fourbar -o {out}": 0.0,
     "run delta6 -o {out}": 6.0,
+    f"check {ASKED_FOR}": 60.0,
     "check": 60.0,
     "claims": 15.0,
     "chart pendulum -o {out}.svg": 15.0,
@@ -71,7 +77,8 @@ def rows(wanted: Sequence[str] = ()) -> Iterator[Row]:
             seconds = seconds_of(arguments, environment)
             again = [seconds_of(arguments, environment) for _ in range(2)] if seconds < SHORT else []
             limit = f"value <= {asked:g}" if asked else ""
-            yield Row(verb.format(out="OUT"), min([seconds, *again]), "s", BARE, bare, limit)
+            named = verb.replace(ASKED_FOR, "of the 20 entries of 2026-11-22")
+            yield Row(named.format(out="OUT"), min([seconds, *again]), "s", BARE, bare, limit)
 
 
 def main() -> None:
