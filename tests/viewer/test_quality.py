@@ -15,14 +15,16 @@ PICTURE = "() => { lab.viewer.render(); return lab.viewer.renderer.domElement.to
 DETAILS = """() => { let lights = 0; lab.viewer.scene.traverse((o) => { if (o.isLight && o.castShadow) lights += 1; });
   return { lights, edges: (lab.viewer.camera.layers.mask & 2) === 2, width: lab.viewer.renderer.domElement.width }; }"""
 
+STILL = "lab.quality.shown === 0 && !lab.viewer.needs_render"
+
 
 @pytest.mark.browser
 def test_slow_frames_cost_details_until_the_picture_stands_still(
     page_file: Path, look: Callable[..., Any], until: Callable[..., None]
 ) -> None:
     page = look(page_file.as_uri())
-    until(page, "lab.quality.shown === 0")
     page.evaluate("lab.seek(1)")
+    until(page, STILL)  # a loaded machine may leave details out on the way here
     before, picture = page.evaluate(DETAILS), page.evaluate(PICTURE)
     assert before["lights"] == 1 and before["edges"]
     page.evaluate("for (let k = 0; k < 6; k++) lab.quality.judge(400)")  # as if six frames had taken 0.4 s each
@@ -31,7 +33,7 @@ def test_slow_frames_cost_details_until_the_picture_stands_still(
     moving = page.evaluate(DETAILS)
     assert moving["lights"] == 0 and not moving["edges"] and moving["width"] < before["width"]
     page.evaluate("lab.pause(); lab.seek(1)")
-    until(page, "lab.quality.shown === 0")
+    until(page, STILL)
     assert page.evaluate(DETAILS) == before
     assert page.evaluate(PICTURE) == picture
 
