@@ -1,8 +1,8 @@
 """`dataclass` of the standard library, whose methods are compiled when the class is first used.
 
 The standard decorator compiles six functions for a frozen class, and a verb imports far more classes than it makes objects of: compiling
-them all was two fifths of `mechlab show`. Here the class carries stand-ins; the first one that is asked for, or anything that the standard
-library looks up on a dataclass, lets the standard decorator do its work. Type checkers see the standard decorator.
+them all takes two fifths of `mechlab show` on Python 3.11. Here the class carries stand-ins; the first one that is asked for, or anything
+that the standard library looks up on a dataclass, lets the standard decorator do its work. Type checkers see the standard decorator.
 """
 
 from __future__ import annotations
@@ -50,7 +50,8 @@ class _Pending:
             cls = self.cls
             annotations = inspect.get_annotations(cls)
             space = {n: cls.__dict__[n] for n in annotations if n in cls.__dict__}
-            space |= {n: getattr(cls, n) for n in ("__post_init__",) if hasattr(cls, n)}
+            if hasattr(cls, "__post_init__"):  # the constructor calls it
+                space["__post_init__"] = cls.__post_init__
             space |= {
                 "__annotations__": annotations,
                 "__module__": cls.__module__,

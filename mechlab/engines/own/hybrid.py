@@ -169,8 +169,9 @@ def _friction(motion: RoughEquations, parts: list[HybridTrajectory]) -> Finding:
         return Finding("friction", 0.0, 0.0, "events", "ok", "no dry friction: plain DOP853")
     stuck = np.sum([p.stuck_time for p in parts], axis=0)
     events = sum(len(p.events) for p in parts)
-    still = ("kept the held rate" if target or " and " in n else "stood still" for n, target in zip(names, motion.targets, strict=True))
-    spans = ", ".join(f"{n} {how} for {float(s):.6g} s" for n, how, s in zip(names, still, stuck, strict=True))
+    kept = [False] * (len(names) - len(motion.holds)) + [bool(h.rate) or len(h.terms) > 1 for h in motion.holds]
+    how = ("kept the held rate" if rate else "stood still" for rate in kept)
+    spans = ", ".join(f"{n} {words} for {float(s):.6g} s" for n, words, s in zip(names, how, stuck, strict=True))
     text = f"dry friction and held rates were followed through {events} events without smoothing; {spans}"
     return Finding("friction", float(events), 0.0, "events", "ok", text)
 
