@@ -14,7 +14,6 @@ from mechlab.experiment.recording import Finding
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.followed_mode import followed_signs
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.many_states import ManyStates
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.state_rows import state_rows
@@ -23,6 +22,8 @@ from mechlab.mechanism.structure import independent_rows, rows_repeat, structure
 MODE_SAMPLES = 200
 MODE_POSES = 2000
 """Poses whose assembly mode is told at once."""
+WATCHED = 32
+"""Samples of a run whose assembly mode is told at once."""
 
 
 UNWATCHED = Finding("assembly_mode", 0.0, 0.0, "changes", "ok", "no drives: the assembly mode was not watched")
@@ -62,21 +63,15 @@ class ModeWatch:
         self._first = 0.0
         self._last: tuple[float, Array] | None = None
         self._modes = _Modes(mechanism, self.held) if self.held else None
-        self._tree, self._constraints = TreeKinematics(mechanism), ConstraintSet(mechanism)
 
     @property
     def watches(self) -> bool:
-        """Whether there are held joints, so that `changed` may be True."""
+        """Whether there are held joints, so that there may be a change."""
         return self._modes is not None
 
-    def changed(self, q: Array) -> bool:
-        """True when the mode at q (nq,) differs from that of the first call; always False without held joints."""
-        if self._modes is None or not np.all(np.isfinite(q)):
-            return False
-        return self._first_other(self._signs(self._constraints.jacobian(self._tree.set(q))[None])) is not None
-
     def first_change(self, q: Array) -> int | None:
-        """Index of the first of several poses q (n, nq) for which `changed` is True; None where there is none."""
+        """Index of the first of several poses q (n, nq) whose mode differs from that of the first pose of all calls; None where there is
+        none, as without held joints."""
         if self._modes is None or not len(q):
             return None
         jacobians = state_rows(self.mechanism).jacobian(ManyStates(self.mechanism, q))

@@ -170,9 +170,8 @@ def test_the_watch_tells_the_modes_apart() -> None:
     flipped[names.index("coupler_joint")] += float(y.coupler_angle - x.coupler_angle)
     flipped[names.index("rocker_angle")] += float(y.rocker_angle - x.rocker_angle)
     watch = ModeWatch(m, ["crank_angle"])
-    assert [watch.changed(q), watch.changed(flipped), watch.changed(q)] == [False, True, False]
-    nobody = ModeWatch(m, [])
-    assert not nobody.changed(q) and not nobody.changed(flipped)
+    assert [watch.first_change(x[None]) for x in (q, flipped, q)] == [None, 0, None]
+    assert ModeWatch(m, []).first_change(np.array([q, flipped])) is None
 
 
 # -- looks and presets -------------------------------------------------------------------------------------------------------

@@ -56,8 +56,6 @@ def test_a_watch_stops_at_the_first_dead_point_in_whatever_pieces_it_sees_the_ru
         k = next(i for i, x in enumerate(first) if x is not None)
         assert abs(size * k + first[k] - dead) <= 1
         assert all(x is None for x in [ModeWatch(m, ["theta_1"]).first_change(poses)])
-    watch = ModeWatch(m, ["theta_4"])
-    assert abs(next(i for i, q in enumerate(poses) if watch.changed(q)) - dead) <= 1
 
 
 def test_a_run_warns_of_dead_points_only() -> None:

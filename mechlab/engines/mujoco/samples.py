@@ -14,12 +14,9 @@ from mechlab.engines.mujoco.model import MujocoMap
 from mechlab.engines.mujoco.reactions import Reactions
 from mechlab.engines.mujoco.stepping import finite
 from mechlab.errors import MechlabError
-from mechlab.experiment.assembly_modes import ModeWatch
+from mechlab.experiment.assembly_modes import WATCHED, ModeWatch
 from mechlab.experiment.recording import run_channels
 from mechlab.mechanism.geometry import Array
-
-WATCHED = 32
-"""Samples whose assembly mode is told at once."""
 
 
 class ForceSource(Protocol):

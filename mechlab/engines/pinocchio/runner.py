@@ -19,7 +19,7 @@ from mechlab.engines.pinocchio.equations import Equations
 from mechlab.engines.pinocchio.reactions import channels
 from mechlab.engines.state import BlowUp, Instant
 from mechlab.errors import unknown
-from mechlab.experiment.assembly_modes import ModeWatch
+from mechlab.experiment.assembly_modes import WATCHED, ModeWatch
 from mechlab.experiment.energy import energy_finding
 from mechlab.experiment.findings import (
     friction_finding,
@@ -53,7 +53,8 @@ RESTART = 20
 
 @dataclass
 class _Log:
-    """The samples of a run so far, its number of steps, and what ended it early. whole: not the states alone."""
+    """The samples of a run so far, its number of steps, and what ended it early; whole: not the states alone; watched: how many samples
+    are known to be in the first assembly mode."""
 
     watch: ModeWatch
     whole: bool = True
@@ -62,6 +63,7 @@ class _Log:
     instants: list[Instant] = field(default_factory=list)
     steps: int = 0
     end: BlowUp | None = None
+    watched: int = 0
 
 
 @costed
@@ -136,6 +138,7 @@ def _integrate(
             _sample(motion, log, t1, y, progress)
     except BlowUp as end:
         log.end = end
+    log.end = _mode_lost(motion, log, 1) or log.end
 
 
 def _sample(motion: Equations, log: _Log, t: float, y: Array, progress: Callable[[float], None] | None) -> None:
@@ -146,8 +149,22 @@ def _sample(motion: Equations, log: _Log, t: float, y: Array, progress: Callable
     log.y.append(y)
     if progress is not None:
         progress(float(t))
-    if log.watch.changed(motion.split(y)[0]):
-        raise BlowUp(float(t), f"the assembly mode with respect to {', '.join(log.watch.held)} changed")
+    lost = _mode_lost(motion, log, WATCHED)
+    if lost is not None:
+        raise lost
+
+
+def _mode_lost(motion: Equations, log: _Log, least: int) -> BlowUp | None:
+    """The end of the run where the assembly mode changed in the samples that were not looked at yet; they are looked at from `least`
+    on. The samples after it are dropped."""
+    if not log.watch.watches or len(log.y) - log.watched < least:
+        return None
+    change = log.watch.first_change(np.array(log.y[log.watched :])[:, : motion.mechanism.nq])
+    if change is not None:
+        for kept in (log.t, log.y, log.instants):
+            del kept[log.watched + change + 1 :]
+    log.watched = len(log.y)
+    return None if change is None else BlowUp(log.t[-1], f"the assembly mode with respect to {', '.join(log.watch.held)} changed")
 
 
 def _fixed(motion: Equations, log: _Log, settings: Settings, t0: float, t1: float, y: Array) -> Array:

@@ -121,7 +121,7 @@ def _to_error(design: Design, scene: Scene, max_error: float, at: Sequence[float
     with spent_on("probe"):
         difference = _difference(design, scene, result, made)
         more = 1.0 + difference / result.estimate if result.estimate > 0.0 else 1.0
-        others = _compared(result, lambda n: run(_captured(scene, n), n.settings, n.captured), more)
+        others = _compared(result, lambda: [run(_captured(scene, n), n.settings, n.captured) for n in result.neighbours], more)
         other = other_softness(m, result.settings)
         if others and other is not None:
             others += ((_run(design, scene, other, times), 1.0),)
@@ -175,31 +175,35 @@ def _solved(
 
 def _of_states(m: Mechanism, scene: Scene, result: Solution, at: Sequence[float]) -> ComparedRuns:
     """The runs that a recording of the estimated states is compared with; one more where it is interpolated between them."""
-
-    def make(n: NeighbourMotion) -> Recording:
-        return motion_of(m, _captured(scene, n), _some(result, n), ())
-
     with spent_on("probe"):
-        others = _compared(result, make)
+        others = _compared(result, partial(_neighbours, m, scene, result))
     if others and result.motion is None and np.setdiff1d(at, result.t).size:
         others += ((motion_of(m, scene, result, at, every=2), BETWEEN),)
     return others
 
 
-def _some(result: Solution, n: NeighbourMotion) -> Solution:
-    """Some of the states of a neighbour of a solution: see EVERY."""
-    count, t = len(result.t), result.t
+def _neighbours(m: Mechanism, scene: Scene, result: Solution) -> list[Recording]:
+    """The neighbours of a solution as recordings of some of its states (see EVERY), all of one scene in one batch."""
+    count, t, neighbours = len(result.t), result.t, result.neighbours
     # where every EVERYth output is a node of longer steps, those between are looked at
     ends = np.r_[0 : min(EVERY_ONE, count), max(0, count - EVERY_ONE) : count]
     some = np.union1d(ends, np.arange(EVERY // 2, count, EVERY))
-    return replace(result, motion=n.motion, t=t[some], q=n.q[some], v=n.v[some], between=None)
+    each = [replace(result, motion=n.motion, t=t[some], q=n.q[some], v=n.v[some], between=None) for n in neighbours]
+    if any(n.motion is not None or n.captured != 1.0 for n in neighbours) or not neighbours:
+        return [motion_of(m, _captured(scene, n), x, ()) for n, x in zip(neighbours, each, strict=True)]
+    together = {name: np.concatenate([getattr(x, name) for x in each]) for name in ("t", "q", "v")}
+    made = motion_of(m, scene, replace(each[0], **together), ())
+    parts = [slice(k, k + len(some)) for k in range(0, len(made.t), len(some))]
+    return [
+        replace(made, t=made.t[s], q=made.q[s], v=made.v[s], channels={name: x[s] for name, x in made.channels.items()}) for s in parts
+    ]
 
 
-def _compared(result: Solution, make: Callable[[NeighbourMotion], Recording], more: float = 1.0) -> ComparedRuns:
+def _compared(result: Solution, make: Callable[[], Sequence[Recording]], more: float = 1.0) -> ComparedRuns:
     """The neighbours of a solution as recordings, each with `more` times its factor. Empty where one of them cannot be
     made, because its part of the error would be missing."""
     try:
-        return tuple((make(n), SLOWER * more * n.factor) for n in result.neighbours)
+        return tuple((made, SLOWER * more * n.factor) for made, n in zip(make(), result.neighbours, strict=True))
     except MechlabError:
         return ()
 
@@ -236,7 +240,7 @@ def solution_findings(result: Solution) -> tuple[Finding, ...]:
 def motion_of(mechanism: Mechanism, scene: Scene, result: Solution, at: Sequence[float], every: int = 1) -> Recording:
     """States and channels: the basic ones, NAME_accel of joints and shafts, NAME_force of what constant loads and laws act on.
     every: states between output times are interpolated from each `every`-th of these times."""
-    t = np.union1d(result.t, np.asarray(at, dtype=float))
+    t = np.union1d(result.t, np.asarray(at, dtype=float)) if len(at) else result.t
     if result.motion is not None:
         states = result.motion.states(t, accelerations=True)
         assert states.a is not None
