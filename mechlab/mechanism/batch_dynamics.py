@@ -6,12 +6,13 @@ The mathematics is that of `TreeKinematics`, `ConstraintSet` and `statics.passiv
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechlab.lazy_dataclass import dataclass
-from mechlab.mechanism.free_directions import free_directions
+from mechlab.mechanism.free_directions import FreeDirections, free_directions
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.many_states import ManyStates, state_tree
 from mechlab.mechanism.model import Mechanism
@@ -31,6 +32,17 @@ SOLVED_TO = 1e-9
 
 
 @dataclass(frozen=True)
+class FreeEquations:
+    """The equations in the directions N that the rows leave free, a = x + N y: mass y = push, for P states. across (P, f, nv): N^T;
+    mass (P, f, f): N^T M N; push (P, f): N^T (push - M x)."""
+
+    at: FreeDirections
+    across: Array
+    mass: Array
+    push: Array
+
+
+@dataclass(frozen=True)
 class ManyEquations:
     """M a = push + force + J^T r, J a = needed at P states: mass (P, nv, nv), push (P, nv) of weight, velocity, springs and dampers,
     rows (P, m, nv) and needed (P, m) of the constraints."""
@@ -39,6 +51,16 @@ class ManyEquations:
     push: Array
     rows: Array
     needed: Array
+
+    @cached_property
+    def free(self) -> FreeEquations | None:
+        """The same in the free directions; None where `free_directions` has none."""
+        at = free_directions(self.rows, self.needed[..., None])
+        if at is None:
+            return None
+        across = np.swapaxes(at.free, 1, 2)
+        push = across @ (self.push[..., None] - self.mass @ at.particular)
+        return FreeEquations(at, across, across @ (self.mass @ at.free), push[..., 0])
 
     def accelerations(self, force: Array) -> Array:
         """(P, nv) accelerations under the generalized forces (P, nv)."""
@@ -50,23 +72,22 @@ class ManyEquations:
                 pass
         if self.mass.shape[1] < WIDE:
             return constrained_accelerations(self.mass, push, self.rows, self.needed)
-        found = self._in_free_directions(push)
+        found = self._in_free_directions(force)
         left = np.isnan(found[:, 0])
         if left.any():
             found[left] = constrained_accelerations(self.mass[left], push[left], self.rows[left], self.needed[left])
         return found
 
-    def _in_free_directions(self, push: Array) -> Array:
-        """(P, nv) a = x + N y, N^T M N y = N^T (push - M x) (see `free_directions`); NaN where that does not serve."""
-        at = free_directions(self.rows, self.needed[..., None])
-        if at is None:
-            return np.full_like(push, np.nan)
-        x, across = at.particular, np.swapaxes(at.free, 1, 2)
+    def _in_free_directions(self, force: Array) -> Array:
+        """(P, nv) accelerations; NaN where the free directions do not serve."""
+        free = self.free
+        if free is None:
+            return np.full_like(force, np.nan)
         try:
-            y = np.linalg.solve(across @ (self.mass @ at.free), across @ (push[..., None] - self.mass @ x))
+            y = np.linalg.solve(free.mass, free.push[..., None] + free.across @ force[..., None])
         except np.linalg.LinAlgError:
-            return np.full_like(push, np.nan)
-        return np.asarray(np.where(at.served[:, None], (x + at.free @ y)[..., 0], np.nan))
+            return np.full_like(force, np.nan)
+        return np.asarray(np.where(free.at.served[:, None], (free.at.particular + free.at.free @ y)[..., 0], np.nan))
 
 
 class BatchDynamics:

@@ -47,6 +47,6 @@ def test_a_singular_pose_is_left_to_the_solution_one_by_one() -> None:
     plan, m = design.scene("driven-crank"), design.mechanism(None)
     q, v = np.tile(m.reference(), (3, 1)), np.zeros((3, m.nv))
     at = BatchDynamics(m).equations(q, v)
-    at.rows[1] = 0.0  # no constraint left: the matrix of rows and commands is singular
+    at.rows[0] = 0.0  # no constraint left: the matrix of rows and unit rows is singular
     forces = CompiledLaws(m, plan.laws).many(np.zeros(3), q, v, lambda: at)[0]
-    assert not np.isfinite(forces[1]).any()
+    assert not np.isfinite(forces[0]).any()

@@ -71,17 +71,27 @@ class InverseDynamics:
         return self._least_squares(plant, jacobian, bias, accelerations)
 
     def many(self, equations: ManyEquations, accelerations: Array) -> Array:
-        """(P, k) forces that give `rows @ a = accelerations` (P, k) at P states at once; NaN where the state is to be solved by itself."""
-        jacobian = equations.rows
-        choice = self._choice
-        if choice is None or choice.count != jacobian.shape[1]:
-            choice = _choose(jacobian[0], self.rows, self.actuation) if len(jacobian) else None
-        if choice is None:
-            return np.full((len(jacobian), len(self.actuation)), np.nan)
+        """(P, k) forces that give `rows @ a = accelerations` (P, k) at P states at once; NaN where the state is to be solved by itself.
+
+        With the free directions N of `equations`, a = x + N y:    [N^T M N, -(B N)^T; R N, 0] [y; f] = [N^T (push - M x); commands - R x]
+        (the first rows and f over the largest element of N^T M N).
+        """
+        at, forces = equations.free, np.full((len(accelerations), len(self.actuation)), np.nan)
+        if at is None:
+            return forces
+        f, k = at.mass.shape[1], len(self.actuation)
+        system, right = np.zeros((len(forces), f + k, f + k)), np.empty((len(forces), f + k))
+        size = np.abs(at.mass).max(axis=(1, 2), initial=1e-300)[:, None]
+        system[:, :f, :f], system[:, :f, f:] = at.mass / size[..., None], -np.swapaxes(self.actuation @ at.at.free, 1, 2)
+        system[:, f:, :f] = self.rows @ at.at.free
+        right[:, :f], right[:, f:] = at.push / size, accelerations - (self.rows @ at.at.particular)[..., 0]
         try:
-            return choice.solve_many(equations, accelerations)
+            inverse = np.linalg.inv(system)
         except np.linalg.LinAlgError:
-            return np.full((len(jacobian), len(self.actuation)), np.nan)
+            return forces
+        good = at.at.served & (np.abs(system).max(axis=(1, 2)) * np.abs(inverse).max(axis=(1, 2)) < CONDITION)
+        forces[good] = (size * (inverse @ right[..., None])[:, f:, 0])[good]
+        return forces
 
     def _least_squares(self, plant: Plant, jacobian: Array, bias: Array, accelerations: Array) -> Array:
         count = len(self.actuation)
@@ -112,7 +122,7 @@ class _Questions:
 
 
 class _Choice:
-    """Which of `count` constraint rows are taken, and the matrix S with its constant rows; `loose`: e."""
+    """Which of `count` constraint rows are taken, and S with its constant rows beside the right sides [0 | 0; 0 | I]; `loose`: e."""
 
     def __init__(self, count: int, taken: NDArray[np.intp], rows: Array, free: NDArray[np.intp], actuation: Array) -> None:
         k, nv = rows.shape
@@ -121,24 +131,24 @@ class _Choice:
         self.determinants: list[float | None] = [None, None]
         self.taken, self.whole, self.actuation = taken, m == count, actuation
         self.left = np.setdiff1d(np.arange(count), taken)
-        self.matrix = np.zeros((nv, nv), order="F")
-        self.matrix[self.commanded] = rows
-        self.matrix[np.arange(m + k, nv), free] = 1.0
-        self.right = np.zeros((nv, 1 + nv - m), order="F")
-        self.right[m:, 1:] = np.eye(nv - m)
+        self.both = np.zeros((nv, 2 * nv + 1 - m), order="F")
+        self.both[self.commanded, :nv] = rows
+        self.both[np.arange(m + k, nv), free] = 1.0
+        self.both[m:, nv + 1 :] = np.eye(nv - m)
 
     def solve(self, plant: _Questions, jacobian: Array, bias: Array, commands: Array) -> Array | None:
         """(k,) forces; None where the choice does not fit the state."""
         m, actuation = self.m, self.actuation
-        matrix, right = self.matrix.copy("F"), self.right.copy("F")  # runs in threads share a law
+        both = self.both.copy("F")  # runs in threads share a law
+        nv = len(both)
         if self.whole:
-            matrix[:m] = jacobian
-            np.negative(bias, right[:m, 0])
+            both[:m, :nv] = jacobian
+            np.negative(bias, both[:m, nv])
         else:
-            matrix[:m] = jacobian[self.taken]
-            np.negative(bias[self.taken], right[:m, 0])
-        right[self.commanded, 0] = commands
-        factors, _, solution, info = dgesv(matrix, right, overwrite_a=True, overwrite_b=True)
+            both[:m, :nv] = jacobian[self.taken]
+            np.negative(bias[self.taken], both[:m, nv])
+        both[self.commanded, nv] = commands
+        factors, _, solution, info = dgesv(both[:, :nv], both[:, nv:], overwrite_a=True, overwrite_b=True)
         if info or not self._regular(0, factors):
             return None
         free = solution[:, 1:]
@@ -153,31 +163,6 @@ class _Choice:
         if info or not self._regular(1, factors):
             return None
         return forces[: len(actuation)] if self.loose else forces
-
-    def solve_many(self, at: ManyEquations, commands: Array) -> Array:
-        """(P, k) forces, NaN where the choice does not fit the state or a matrix is near singular. Raises LinAlgError for a singular
-        one."""
-        m, count, k = self.m, len(at.rows), len(self.actuation)
-        matrix, right = np.tile(self.matrix, (count, 1, 1)), np.tile(self.right, (count, 1, 1))
-        matrix[:, :m] = at.rows[:, self.taken]
-        right[:, :m, 0], right[:, self.commanded, 0] = at.needed[:, self.taken], commands
-        solution = np.linalg.solve(matrix, right)
-        free, across = solution[:, :, 1:], np.swapaxes(solution[:, :, 1:], 1, 2)
-        system = np.swapaxes(self.actuation @ free, 1, 2)
-        if self.loose:
-            system = np.concatenate([system, -across @ (at.mass @ free[:, :, k:])], axis=2)
-        needed = (at.mass @ solution[:, :, :1])[..., 0] - at.push
-        inverse = np.linalg.inv(system)
-        forces = (inverse @ (across @ needed[..., None]))[:, :k, 0]
-        lost = [np.abs(a).max(axis=(1, 2)) * np.abs(b).max(axis=(1, 2)) for a, b in ((matrix, free), (system, inverse))]
-        good = (lost[0] < CONDITION) & (lost[1] < CONDITION) & np.isfinite(forces).all(axis=1)
-        if not self.whole:
-            gap = at.rows[:, self.left] @ solution
-            gap[..., 0] -= at.needed[:, self.left]
-            size = 1.0 + np.abs(solution).max(axis=1)
-            good &= (np.abs(gap).max(axis=1) <= AGREE * size).all(axis=1)
-        forces[~good] = np.nan
-        return np.asarray(forces)
 
     def _regular(self, which: int, factors: Array) -> bool:
         """Whether no pivot of one of the two factorizations is near zero, now or since the determinant was looked at."""
