@@ -13,7 +13,16 @@ import mujoco
 import numpy as np
 
 from mechlab.engines.mujoco.control import controlled, engine
-from mechlab.engines.mujoco.drive import Driver, RunModel, engaged, put_start, run_model, springs_of, tunable_model
+from mechlab.engines.mujoco.drive import (
+    Driver,
+    RunModel,
+    engaged,
+    lent_model,
+    put_start,
+    run_model,
+    springs_of,
+    tunable_model,
+)
 from mechlab.engines.mujoco.model import MujocoMap, Tuning
 from mechlab.engines.mujoco.plant import MujocoPlant
 from mechlab.engines.mujoco.sparse import sparse_is_right, sparse_steps
@@ -148,9 +157,19 @@ def _driven(
 def adaptive(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: int) -> Trace:
     """A scene of a tree of one-coordinate joints at `outputs` + 1 even times: MuJoCo's equations of motion (mj_forward, exact
     without constraints) under LSODA, to the tolerance of the settings."""
-    model, data, map_ = run_model(mechanism, settings, engaged(scene.laws))
+    with lent_model(mechanism, settings, scene.laws) as made:
+        flags = made[0].opt.disableflags
+        found = _by_lsoda(*made, scene, settings.tolerance, np.linspace(0.0, scene.duration, outputs + 1))
+        made[0].opt.disableflags = flags
+    return found
+
+
+def _by_lsoda(
+    model: mujoco.MjModel, data: mujoco.MjData, map_: MujocoMap, scene: Scene, tolerance: float, times: Array
+) -> Trace:
+    mechanism = map_.mechanism
     put_start(data, map_, *initial_state(mechanism, scene))
-    n, times = model.nq, np.linspace(0.0, scene.duration, outputs + 1)
+    n = model.nq
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
     qvel, qacc, put, forward = data.qvel, data.qacc, mujoco.mj_setState, mujoco.mj_forwardSkip
     price = MUJOCO.of(mechanism)
@@ -171,7 +190,7 @@ def adaptive(mechanism: Mechanism, scene: Scene, settings: Settings, outputs: in
     # LSODA goes back and forth in time: nothing may be summed up over its evaluations
     with _driven(mechanism, scene, model, data, map_)():
         began = time.thread_time()
-        found = integrate_lsoda(f, np.concatenate([data.qpos, qvel]), times, settings.tolerance, jacobian, price)
+        found = integrate_lsoda(f, np.concatenate([data.qpos, qvel]), times, tolerance, jacobian, price)
         spent = time.thread_time() - began
     q, v = map_.coordinates(found.y[:, :n]), map_.rates(found.y[:, n:])
     return Trace(q, v, spent, found.steps, found.reason, found.evaluations)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 import pinocchio as pin
@@ -67,7 +68,7 @@ class ConstrainedDynamics:
         self.mechanism, self.laws = mechanism, laws
         self.price = CONSTRAINED.of(mechanism) + price_of_laws(laws)
         refuse_large(mechanism.name, mechanism.nv)
-        made = build(mechanism)
+        made = _built(mechanism)
         self.model = made.model
         self.springs = [_Spring(made, s) for s in mechanism.springs]
         self.data = self.model.createData()
@@ -120,6 +121,12 @@ class ConstrainedDynamics:
         return np.asarray(
             pin.constraintDynamics(self.model, self.data, q, v, tau, self.contacts, self.contact_data, self.proximal)
         )
+
+
+@lru_cache(maxsize=8)
+def _built(mechanism: Mechanism) -> PinModel:
+    """The model, which runs only read."""
+    return build(mechanism)
 
 
 class _Spring:

@@ -35,12 +35,13 @@ def ratio_enough(changes: Sequence[float], steps: Sequence[float], order: float,
     return next(enough, RATIOS[-1])
 
 
-def next_tolerance(rule: MethodRule, target: float, last: float | None) -> float | None:
-    """The tolerance after the last one; None where it was the sharpest."""
+def next_tolerance(rule: MethodRule, target: float, last: Sequence[float]) -> float | None:
+    """The tolerance after the last ones; None where it was the sharpest. A method that starts near its target goes on with a quarter,
+    which is enough to tell the error of its first run, then with a tenth."""
     factor, power = rule.error_left
     if not factor:
-        left = [x for x in RULES.tolerances if last is None or x < last]
+        left = [x for x in RULES.tolerances if not last or x < last[-1]]
         return left[0] if left else None
     start = min(max((target / factor) ** (1.0 / power), 10.0 * RULES.sharpest), RULES.tolerances[0])
-    value = start if last is None else 0.1 * last
+    value = (0.1 if len(last) > 1 else 0.25) * last[-1] if last else start
     return value if value > 0.5 * RULES.sharpest else None

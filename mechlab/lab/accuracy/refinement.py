@@ -326,7 +326,7 @@ class RefinedMethod:
     def _next(self) -> float | None:
         """The step [s] or tolerance of the next run; None where there is none."""
         if self.rule.control == "tolerance":
-            return next_tolerance(self.rule, self.target, self.values[-1] if self.values else None)
+            return next_tolerance(self.rule, self.target, self.values)
         p = self.problem
         if self.values:
             return shorter_step(self.values[-1], self._ratio, p.scene.duration, p.outputs)
