@@ -269,9 +269,9 @@ def test_the_error_follows_from_steps_in_any_ratio(steps: tuple[float, ...], pow
     errors = [3.0 * h**power for h in steps]
     changes = [a - b for a, b in itertools.pairwise(errors)]
     assert seen_order(changes, steps, 4.0) == pytest.approx(power, abs=1e-5)  # xtol 1e-6 of the root
-    assert error_of_steps(changes, steps, 4.0, False, False, False) == pytest.approx(errors[-1], rel=1e-4)
-    assert error_of_steps(changes, steps, 1.0, False, False, False) >= errors[-1] * (1.0 - 1e-9)
-    assert error_of_steps(changes[:1], steps[:2], 4.0, False, False, False) >= errors[1] * (1.0 - 1e-9)
+    assert error_of_steps(changes, steps, (4.0, 4.0), False, False, False) == pytest.approx(errors[-1], rel=1e-4)
+    assert error_of_steps(changes, steps, (1.0, 4.0), False, False, False) >= errors[-1] * (1.0 - 1e-9)
+    assert error_of_steps(changes[:1], steps[:2], (4.0, 4.0), False, False, False) >= errors[1] * (1.0 - 1e-9)
 
 
 def test_runs_with_steps_that_do_not_divide_each_other_are_compared() -> None:

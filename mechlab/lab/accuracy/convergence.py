@@ -12,7 +12,8 @@ from mechlab.analytic.roots import brentq
 from mechlab.lab.accuracy.rules import RULES
 
 TOO_FAST = 2.0
-"""A change that falls this many times faster than in theory does so by chance: then no order but the first is relied on."""
+"""A change that falls this many times faster than in theory does so by chance: it counts as if it fell so fast, and no order but the first
+is relied on."""
 LONG_STEPS = 1.5
 """Two runs with steps longer than the distance of the outputs may agree by chance: their change counts so many times."""
 KINK_RATIO = 16.0
@@ -50,10 +51,10 @@ def error_of_tolerances(changes: Sequence[float], enough: int) -> float:
 
 
 def error_of_steps(
-    changes: Sequence[float], steps: Sequence[float], order: float, extrapolated: bool, kinks: bool, long: bool
+    changes: Sequence[float], steps: Sequence[float], orders: tuple[float, float], extrapolated: bool, kinks: bool, long: bool
 ) -> float:
-    """Error of the last of runs with ever shorter steps; infinite before it can be told. order: largest power of the step with which
-    the errors are taken to fall; long: the steps of the last run are longer than the distance of the outputs."""
+    """Error of the last of runs with ever shorter steps; infinite before it can be told. orders: the largest power of the step with which
+    the errors are taken to fall, and the one expected; long: the steps of the last run are longer than the distance of the outputs."""
     if not changes:
         return float("inf")
     last = changes[-1]
@@ -65,8 +66,11 @@ def error_of_steps(
     if kinks:
         # which step a kink falls into is chance: two runs may agree by luck, and none is better than the change
         return max(sure, before / KINK_RATIO)
-    if last == 0.0 or (before / last > TOO_FAST * _falls(order, *steps[-3:]) and not extrapolated):
+    least = before / (TOO_FAST * _falls(orders[1], *steps[-3:]))
+    if last <= least and not extrapolated:
+        return least / (steps[-2] / steps[-1] - 1.0)
+    if last == 0.0:
         return sure
     # the observed order, never better than theory promises; without a falling error the change itself counts
-    p = min(_order(before / last, *steps[-3:]), order)
+    p = min(_order(before / last, *steps[-3:]), orders[0])
     return last / ((steps[-2] / steps[-1]) ** p - 1.0) if p > SLOW else 2.0 * max(sure, before / (steps[-3] / steps[-2] - 1.0))

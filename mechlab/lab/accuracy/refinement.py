@@ -22,7 +22,7 @@ from mechlab.lab.accuracy.even_run import EvenRun
 from mechlab.lab.accuracy.measure import ErrorMeasure, largest
 from mechlab.lab.accuracy.next_step import FINE, RATIOS, first_step, next_tolerance, ratio_enough, shorter_step
 from mechlab.lab.accuracy.result import NeighbourMotion
-from mechlab.lab.accuracy.rules import EPSILON, EXTRAPOLATED, LOOPS_HOPED, LOOPS_ORDER, RULES, MethodRule
+from mechlab.lab.accuracy.rules import EPSILON, EXTRAPOLATED, RULES, MethodRule
 from mechlab.lab.methods import Method, Problem, has_kinks
 from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
@@ -160,7 +160,7 @@ class RefinedMethod:
         more = max(1, self._enough - len(self.runs))
         last = self.changes[-1] if self.changes else 0.0
         if math.isfinite(self.estimate) and last > 0.0 and self.rule.control == "step":
-            order = seen_order(self.changes, self._steps, self._hoped)
+            order = seen_order(self.changes, self._steps, self._orders[1])
             needed = math.log(RULES.safety * last / self.target, growth) / order
             more = max(more, math.ceil(min(needed, 30.0)))
         return cost * (growth**more - 1.0) / (growth - 1.0)
@@ -361,7 +361,7 @@ class RefinedMethod:
             self.estimate = error_of_tolerances(self.changes, self._enough)
         else:
             kinks, long = has_kinks(self.problem.scene), len(run.t) <= self.problem.outputs
-            self.estimate = error_of_steps(self.changes, self._steps, self._order, self.rule.extrapolated, kinks, long)
+            self.estimate = error_of_steps(self.changes, self._steps, self._orders, self.rule.extrapolated, kinks, long)
 
     @property
     def _steps(self) -> list[float]:
@@ -369,17 +369,9 @@ class RefinedMethod:
         return self.values[-len(self.runs) :]
 
     @property
-    def _hoped(self) -> float:
-        """Power of the step with which errors fall where the cost is foreseen."""
-        return LOOPS_HOPED if self.rule.engine == "mujoco" and _rows(self.problem) else self._order
-
-    @property
-    def _order(self) -> float:
-        """Largest power of the step with which the errors are taken to fall."""
+    def _orders(self) -> tuple[float, float]:
+        """The largest power of the step with which the errors are taken to fall, and the one with which they are expected to."""
         if self.rule.extrapolated:
-            return EXTRAPOLATED
-        return LOOPS_ORDER if self.rule.engine == "mujoco" and _rows(self.problem) else self.rule.order
-
-
-def _rows(problem: Problem) -> bool:
-    return problem.mechanism.is_closed
+            return EXTRAPOLATED, EXTRAPOLATED
+        order = self.rule.order
+        return self.rule.with_rows if self.rule.with_rows and self.problem.mechanism.is_closed else (order, order)
