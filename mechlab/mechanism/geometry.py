@@ -18,10 +18,11 @@ Vector = tuple[float, float, float]
 def vector(value: Sequence[float] | Array, what: str) -> Vector:
     """`value` as three finite floats; raises MechlabError that names `what`."""
     try:
-        numbers = tuple(float(x) for x in value)
+        numbers = [float(x) for x in value]
     except (TypeError, ValueError):
         raise MechlabError(f"{what}: expected three numbers, got {value!r}.") from None
-    if len(numbers) != 3 or not all(math.isfinite(x) for x in numbers):
+    # a sum is finite where all numbers are, but for those beyond 1e307, which are looked at one by one
+    if len(numbers) != 3 or not (math.isfinite(sum(numbers)) or all(map(math.isfinite, numbers))):
         raise MechlabError(f"{what}: expected three finite numbers, got {value!r}.")
     return (numbers[0], numbers[1], numbers[2])
 
@@ -83,23 +84,22 @@ def quaternion_to_matrix(wxyz: ArrayLike) -> Array:
 
 def matrix_to_quaternion(rotation: ArrayLike) -> tuple[float, float, float, float]:
     """Unit quaternion (w, x, y, z), w >= 0, of a (3, 3) rotation (Shepperd's method: always well conditioned)."""
-    r = np.asarray(rotation, dtype=float)
-    trace = float(np.trace(r))
-    squares = np.array([trace, r[0, 0], r[1, 1], r[2, 2]])
-    k = int(np.argmax(squares))
-    if k == 0:
-        q = np.array([1 + trace, r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]])
+    r = np.asarray(rotation, dtype=float).tolist()
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = r
+    trace = xx + yy + zz
+    largest = max(trace, xx, yy, zz)
+    if largest == trace:
+        w, x, y, z = 1 + trace, zy - yz, xz - zx, yx - xy
+    elif largest == xx:
+        w, x, y, z = zy - yz, 1 + xx - yy - zz, yx + xy, zx + xz
+    elif largest == yy:
+        w, x, y, z = xz - zx, xy + yx, 1 + yy - zz - xx, zy + yz
     else:
-        i, j, m = k - 1, k % 3, (k + 1) % 3
-        q = np.zeros(4)
-        q[0] = r[m, j] - r[j, m]
-        q[1 + i] = 1 + r[i, i] - r[j, j] - r[m, m]
-        q[1 + j] = r[j, i] + r[i, j]
-        q[1 + m] = r[m, i] + r[i, m]
-    q /= np.linalg.norm(q)
-    if q[0] < 0:
-        q = -q
-    return (float(q[0]), float(q[1]), float(q[2]), float(q[3]))
+        w, x, y, z = yx - xy, xz + zx, yz + zy, 1 + zz - xx - yy
+    norm = math.sqrt(w * w + x * x + y * y + z * z)
+    if w < 0:
+        norm = -norm
+    return (w / norm, x / norm, y / norm, z / norm)
 
 
 def rotation_log(rotation: ArrayLike) -> Array:
@@ -167,14 +167,14 @@ class Placement:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "position", vector(self.position, "placement position"))
-        q = tuple(float(x) for x in self.quaternion)
-        norm = math.sqrt(sum(x * x for x in q))
+        q = tuple([float(x) for x in self.quaternion])
+        norm = math.sqrt(sum([x * x for x in q]))
         if len(q) != 4 or not math.isfinite(norm) or norm < 1e-12:
             raise MechlabError(
                 f"placement quaternion: expected four finite numbers (w, x, y, z), got {self.quaternion!r}."
             )
         if abs(norm - 1.0) > 4e-16:
-            q = tuple(x / norm for x in q)
+            q = tuple([x / norm for x in q])
         object.__setattr__(self, "quaternion", q)
 
     @staticmethod

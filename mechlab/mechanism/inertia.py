@@ -39,7 +39,7 @@ class Inertia:
         object.__setattr__(self, "mass", mass)
         object.__setattr__(self, "com", vector(self.com, "centre of mass"))
         object.__setattr__(self, "tensor", tensor)
-        a, b, c = np.linalg.eigvalsh(self.matrix())
+        a, b, c = np.linalg.eigvalsh(self.matrix()) if any(tensor[3:]) else sorted(tensor[:3])
         scale = max(abs(a), abs(c), 1e-300)
         if a < -1e-12 * scale:
             raise MechlabError(f"inertia tensor {tensor}: its smallest principal moment {a:g} kg m2 is negative.")
@@ -88,7 +88,7 @@ class Inertia:
         z = np.array(unit(b - a, "rod direction"))
         across = mass * (length**2 / 12.0 + radius**2 / 4.0)
         along = mass * radius**2 / 2.0
-        return _from_matrix(mass, (a + b) / 2.0, across * (np.eye(3) - np.outer(z, z)) + along * np.outer(z, z))
+        return _from_matrix(mass, (a + b) / 2.0, _of_revolution(along, across, z))
 
     @staticmethod
     def cylinder(
@@ -106,7 +106,7 @@ class Inertia:
         """A part of revolution given by its moments `along` and `across` the axis [kg m2], about `com`."""
         mass, along, across = si(mass, "mass", "kg", low=0.0), si(along, "along", "kg m2"), si(across, "across", "kg m2")
         z = np.array(unit(axis, "axis of revolution"))
-        return _from_matrix(mass, np.array(com), across * (np.eye(3) - np.outer(z, z)) + along * np.outer(z, z))
+        return _from_matrix(mass, np.array(com), _of_revolution(along, across, z))
 
     @staticmethod
     def box(mass: Number, x: Number, y: Number, z: Number, com: Vector = (0.0, 0.0, 0.0)) -> Inertia:
@@ -115,6 +115,12 @@ class Inertia:
         x, y, z = (si(edge, f"edge {n}", "m", low=0.0) for n, edge in zip("xyz", (x, y, z), strict=True))
         k = mass / 12.0
         return Inertia(mass, com, (k * (y * y + z * z), k * (x * x + z * z), k * (x * x + y * y), 0.0, 0.0, 0.0))
+
+
+def _of_revolution(along: float, across: float, z: Array) -> Array:
+    """(3, 3) tensor with the moments `along` and `across` the unit axis z."""
+    square = np.outer(z, z)
+    return across * (np.eye(3) - square) + along * square
 
 
 def _from_matrix(mass: float, com: Array, m: Array) -> Inertia:

@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from mechlab.errors import MechlabError
-from mechlab.mechanism.geometry import Array, Placement, frame_along
+from mechlab.mechanism.geometry import Array, Placement, cross, frame_along
 from mechlab.mechanism.given import Number, point, si
 from mechlab.mechanism.inertia import Inertia
 from mechlab.mechanism.parts import Color, Joint, Shape, X, Z, shape
@@ -29,7 +29,7 @@ def uniform_bar(
     w = 0.08 * length if width is None else width
     m = length if mass is None else mass
     axis = np.array(joint.axis) if joint.kind == "revolute" and abs(joint.axis[0]) < 0.5 else np.array(Z)
-    facing = np.column_stack([np.array(X), np.cross(axis, X), axis])
+    facing = np.column_stack([np.array(X), cross(axis, X), axis])
     place = Placement.of(facing, layer * axis)
     looks = shape("link", place, color, name, length=length, width=w, thickness=0.4 * w, bore=0.18 * w)
     ends = (layer * axis, layer * axis + np.array([length, 0.0, 0.0]))

@@ -53,7 +53,7 @@ def tilts(bodies: Sequence[Body], loops: Sequence[Loop]) -> tuple[Tilt, ...]:
         if len(turning) < 2:
             continue
         common = _common([axis for _, _, axis in turning])
-        sines = np.linalg.norm(np.cross(common, np.array([axis for _, _, axis in turning])), axis=1)
+        sines = _sines(common, np.array([axis for _, _, axis in turning]))
         found = [(b, n, sine) for (b, n, _), sine in zip(turning, sines.tolist(), strict=True)]
         found += [
             (b, j.name, abs(float(common @ rotation[b] @ np.array(j.axis)))) for b, j in joints if j.kind == "prismatic"
@@ -127,5 +127,10 @@ def _path(loop: Loop, by_name: dict[str, Body]) -> list[tuple[str, Joint]]:
 def _common(axes: Sequence[Array]) -> Array:
     """The axis that most of the given ones are parallel to; the first one of several."""
     stack = np.array(axes)
-    sines = np.linalg.norm(np.cross(stack[:, None], stack), axis=-1)
-    return axes[int(np.argmax(np.sum(sines <= ROUNDING, axis=1)))]
+    return axes[int(np.argmax(np.sum(_sines(stack[:, None], stack) <= ROUNDING, axis=1)))]
+
+
+def _sines(a: Array, b: Array) -> Array:
+    """(...) sines of the angles between unit vectors (..., 3)."""
+    (ax, ay, az), (bx, by, bz) = ([v[..., k] for k in range(3)] for v in (a, b))
+    return np.sqrt((ay * bz - az * by) ** 2 + (az * bx - ax * bz) ** 2 + (ax * by - ay * bx) ** 2)
