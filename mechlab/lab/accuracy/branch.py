@@ -39,7 +39,8 @@ class PoseBranch:
 
     Continuation predicts by the last three poses and tangents and corrects by Newton's method. The prediction carries it through
     poses where assembly modes meet, since the branch itself is smooth there. `turn` (nv,): what a full turn adds to q, once it is
-    known; `patience`: how many steps may fail before the joint is given up.
+    known; `patience`: how many steps may fail before the joint is given up; `corrected` [rad or m]: the last correction of the poses that
+    were closed last, of which the tangents are those before it.
     Raises NoSolution where the joint reaches a limit position.
     """
 
@@ -54,7 +55,7 @@ class PoseBranch:
             self.sparse = None
         self.turn: Array | None = None
         self.patience = 10**9
-        self.limit = np.inf
+        self.limit, self.corrected = np.inf, 0.0
         if mechanism.nv == 1:
             self.phi, self.q, self.u = [self.start], [q0], [np.ones(1)]
             return
@@ -95,6 +96,7 @@ class PoseBranch:
             q[:, self.others] -= correction
             size = max(correction.max(), -correction.min())
             if size < closed:
+                self.corrected = float(size)
                 u[:, self.others] = -solved[:, :, 1]
                 if not max(u.max(), -u.min()) < self.limit:
                     break

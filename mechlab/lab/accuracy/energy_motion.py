@@ -87,8 +87,8 @@ class _NodeSamples:
 
 class EnergyMotion:
     """The motion of a mechanism from q0 (nv,), v0 (nv,), by its energy. closed: last correction of its poses [rad or m]; energies:
-    those of the scene, joints: its `candidate_joints`, where they are known already. Raises NoSolution where no joint moves all along
-    it."""
+    those of the scene, joints: its `candidate_joints`, where they are known already; corrected [rad or m]: the largest last correction of
+    the poses at the nodes. Raises NoSolution where no joint moves all along it."""
 
     def __init__(
         self, mechanism: Mechanism, scene: Scene, q0: Array, v0: Array, tree: BatchTree, rows: BatchRows,
@@ -99,7 +99,7 @@ class EnergyMotion:
         explorer = self._explore(q0, v0, rows, scene.duration, joints)
         self.energy, self.duration = explorer.energy, scene.duration
         self.samples: _NodeSamples | None = None
-        self.evaluations = 0
+        self.evaluations, self.corrected = 0, 0.0
         self.closed, self.last_step = closed, max(1e-7, math.sqrt(closed))
 
     def _explore(self, q0: Array, v0: Array, rows: BatchRows, duration: float, joints: list[int] | None) -> OrbitSearch:
@@ -152,6 +152,7 @@ class EnergyMotion:
         old = self.samples
         new = xs if old is None else xs[:, 1::2]
         q, u = self._poses(o.phi(new.ravel()), new.shape[1])
+        self.corrected = max(self.corrected, self.branch.corrected)
         found = [a.reshape(*new.shape, *a.shape[1:]) for a in (q, *self.energies(q, u))]
         self.evaluations += new.size
         if old is not None:
