@@ -115,43 +115,46 @@ def advance(
 
     `data` is at t = 0. Between samples the engine steps on its own. `sample` may evaluate `data` (mj_forward): what the
     solver remembers is put back, so that sampling does not change the motion by a bit. `evaluate(leads)` does that ahead of `sample`,
-    which then only reads; where it `leads` the next step goes on from there, as mj_step would after evaluating the same state again.
+    which then only reads, and only where accelerations are finite; where it `leads` the next step goes on from there, as mj_step
+    would after evaluating the same state again.
     Returns what went wrong, the CPU seconds of stepping, and the number of steps.
     """
     cpu, done, take, clock, whole = 0.0, 0, step or take_steps, time.thread_time, steps.whole
-    fault, accelerations, memory = _Fault(data), data.qacc, data.qacc_warmstart
+    fault, rates, accelerations, memory = _Fault(data), data.qvel, data.qacc, data.qacc_warmstart
     integrate = None if evaluate is None else INTEGRATE.get(int(model.opt.integrator))
     state, leads = np.empty(mujoco.mj_stateSize(model, INTEGRATION_STATE)), False
-    kept, before = memory.copy(), data.qvel.copy()
+    kept, before = memory.copy(), rates.copy()
     for here in steps.samples:
         start = clock()
         if here > done:
-            single = here == done + 1
+            single, stepped = here == done + 1, done
             if single:
-                before[:] = data.qvel
+                before[:] = rates
             else:
                 mujoco.mj_getState(model, data, state, INTEGRATION_STATE)
             if leads and integrate is not None:
                 integrate(model, data)
-                done += 1
-            if here > done:
-                take(model, data, steps, done, here)
-            if fault.seen() and single:
-                return SteppingEnd(steps.t(here), end_reason(data, map_, before)), cpu + clock() - start, here
-            if fault.seen():
-                end = _locate(model, data, map_, steps, state, done - 1 if leads else done, here, take)
+                stepped += 1
+            if here > stepped:
+                take(model, data, steps, stepped, here)
+            if fault.seen() or (here > stepped and fault.warned()):
+                if single:
+                    end = SteppingEnd(steps.t(here), end_reason(data, map_, before))
+                else:
+                    end = _locate(model, data, map_, steps, state, done, here, take)
                 return end, cpu + clock() - start, here
             done = here
-        data.time = steps.t(here)
+        data.time = now = steps.t(here)
         leads = integrate is not None and done < whole and fault.far < CHECKED
         kept[:] = memory
         if evaluate is not None:
             evaluate(leads)
         cpu += clock() - start
-        stop = sample(data.time)
+        stop = evaluate is None and sample(now)
         size = accelerations.dot(accelerations)
         if not (size < CHECKED or finite(accelerations)):  # of the state, only the accelerations are new
-            return SteppingEnd(data.time, end_reason(data, map_, data.qvel)), cpu, done
+            return SteppingEnd(now, end_reason(data, map_, rates)), cpu, done
+        stop = stop if evaluate is None else sample(now)
         leads = leads and size < CHECKED
         if not leads:
             memory[:] = kept
@@ -194,19 +197,22 @@ class _Fault:
     """Whether a run has blown up: a number that is not finite, a rate beyond RATE_LIMIT, or one of the engine's warnings."""
 
     def __init__(self, data: mujoco.MjData) -> None:
-        self._state = data.qpos, data.qvel, data.qacc
-        self._position, self._rate, self._acceleration = (data.warning[k] for k in UNSOLVED)
+        self._state = data.qpos, data.qvel
+        self._warnings = [data.warning[k] for k in UNSOLVED]
         self.far = 0.0
         """Sum of the squares of the coordinates when it was last looked."""
 
     def seen(self) -> bool:
-        """Whether it has."""
-        q, v, a = self._state
+        """Whether the state shows it; accelerations that are not finite have made rates of that kind."""
+        q, v = self._state
         speed, self.far = v.dot(v), q.dot(q)
-        if not (math.isfinite(self.far + a.dot(a)) and speed <= RATE_LIMIT**2):  # mostly the sums of squares tell
-            if not (finite(q) and finite(v) and finite(a)) or np.max(np.abs(v), initial=0.0) > RATE_LIMIT:
-                return True
-        return bool(self._position.number or self._rate.number or self._acceleration.number)
+        if speed <= RATE_LIMIT**2 and math.isfinite(self.far):  # mostly the sums of squares tell
+            return False
+        return not (finite(q) and finite(v)) or bool(np.max(np.abs(v), initial=0.0) > RATE_LIMIT)
+
+    def warned(self) -> bool:
+        """Whether a step of the engine has: the stages of a step do not look."""
+        return any(warning.number for warning in self._warnings)
 
 
 def _locate(
@@ -227,7 +233,7 @@ def _locate(
     for k in range(start, end):
         before[:] = data.qvel
         step(model, data, steps, k, k + 1)
-        if fault.seen():
+        if fault.seen() or fault.warned():
             return SteppingEnd(steps.t(k + 1), end_reason(data, map_, before))
     return SteppingEnd(steps.t(end), end_reason(data, map_, before))
 
