@@ -7,6 +7,7 @@ repeat others, no choice of independent rows lasts; the sign is then followed fr
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 
@@ -62,7 +63,10 @@ class ModeWatch:
         self._first = 0.0
         self._last: tuple[float, Array] | None = None
         self._modes = _Modes(mechanism, self.held) if self.held else None
-        self._tree, self._constraints = TreeKinematics(mechanism), ConstraintSet(mechanism)
+
+    @cached_property
+    def _equations(self) -> tuple[TreeKinematics, ConstraintSet]:
+        return TreeKinematics(self.mechanism), ConstraintSet(self.mechanism)
 
     @property
     def watches(self) -> bool:
@@ -73,7 +77,8 @@ class ModeWatch:
         """True when the mode at q (nq,) differs from that of the first call; always False without held joints."""
         if self._modes is None or not np.all(np.isfinite(q)):
             return False
-        return self._first_other(self._signs(self._constraints.jacobian(self._tree.set(q))[None])) is not None
+        tree, constraints = self._equations
+        return self._first_other(self._signs(constraints.jacobian(tree.set(q))[None])) is not None
 
     def first_change(self, q: Array) -> int | None:
         """Index of the first of several poses q (n, nq) for which `changed` is True; None where there is none."""

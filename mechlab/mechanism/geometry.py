@@ -83,23 +83,21 @@ def quaternion_to_matrix(wxyz: ArrayLike) -> Array:
 
 def matrix_to_quaternion(rotation: ArrayLike) -> tuple[float, float, float, float]:
     """Unit quaternion (w, x, y, z), w >= 0, of a (3, 3) rotation (Shepperd's method: always well conditioned)."""
-    r = np.asarray(rotation, dtype=float)
-    trace = float(np.trace(r))
-    squares = np.array([trace, r[0, 0], r[1, 1], r[2, 2]])
-    k = int(np.argmax(squares))
+    r = np.asarray(rotation, dtype=float).tolist()
+    trace = r[0][0] + r[1][1] + r[2][2]
+    squares = (trace, r[0][0], r[1][1], r[2][2])
+    k = squares.index(max(squares))
+    q = np.empty(4)
     if k == 0:
-        q = np.array([1 + trace, r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]])
+        q[:] = 1 + trace, r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]
     else:
         i, j, m = k - 1, k % 3, (k + 1) % 3
-        q = np.zeros(4)
-        q[0] = r[m, j] - r[j, m]
-        q[1 + i] = 1 + r[i, i] - r[j, j] - r[m, m]
-        q[1 + j] = r[j, i] + r[i, j]
-        q[1 + m] = r[m, i] + r[i, m]
-    q /= np.linalg.norm(q)
-    if q[0] < 0:
-        q = -q
-    return (float(q[0]), float(q[1]), float(q[2]), float(q[3]))
+        q[0] = r[m][j] - r[j][m]
+        q[1 + i] = 1 + r[i][i] - r[j][j] - r[m][m]
+        q[1 + j] = r[j][i] + r[i][j]
+        q[1 + m] = r[m][i] + r[i][m]
+    w, x, y, z = (q / math.sqrt(q.dot(q))).tolist()
+    return (w, x, y, z) if w >= 0 else (-w, -x, -y, -z)
 
 
 def rotation_log(rotation: ArrayLike) -> Array:

@@ -39,7 +39,7 @@ class Inertia:
         object.__setattr__(self, "mass", mass)
         object.__setattr__(self, "com", vector(self.com, "centre of mass"))
         object.__setattr__(self, "tensor", tensor)
-        a, b, c = np.linalg.eigvalsh(self.matrix())
+        a, b, c = np.linalg.eigvalsh(self.matrix()) if any(tensor[3:]) else sorted(tensor[:3])
         scale = max(abs(a), abs(c), 1e-300)
         if a < -1e-12 * scale:
             raise MechlabError(f"inertia tensor {tensor}: its smallest principal moment {a:g} kg m2 is negative.")
