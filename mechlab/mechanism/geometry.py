@@ -59,12 +59,12 @@ def axis_rotation(axis: ArrayLike, angle: float) -> Array:
     c, s = math.cos(angle), math.sin(angle)
     k = 1.0 - c
     return np.array(
-        [
-            [c + k * x * x, k * x * y - s * z, k * x * z + s * y],
-            [k * x * y + s * z, c + k * y * y, k * y * z - s * x],
-            [k * x * z - s * y, k * y * z + s * x, c + k * z * z],
-        ]
-    )
+        (
+            c + k * x * x, k * x * y - s * z, k * x * z + s * y,
+            k * x * y + s * z, c + k * y * y, k * y * z - s * x,
+            k * x * z - s * y, k * y * z + s * x, c + k * z * z,
+        )
+    ).reshape(3, 3)  # fmt: skip
 
 
 def quaternion_to_matrix(wxyz: ArrayLike) -> Array:
@@ -73,12 +73,12 @@ def quaternion_to_matrix(wxyz: ArrayLike) -> Array:
     n = w * w + x * x + y * y + z * z
     s = 2.0 / n
     return np.array(
-        [
-            [1 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y)],
-            [s * (x * y + w * z), 1 - s * (x * x + z * z), s * (y * z - w * x)],
-            [s * (x * z - w * y), s * (y * z + w * x), 1 - s * (x * x + y * y)],
-        ]
-    )
+        (
+            1 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y),
+            s * (x * y + w * z), 1 - s * (x * x + z * z), s * (y * z - w * x),
+            s * (x * z - w * y), s * (y * z + w * x), 1 - s * (x * x + y * y),
+        )
+    ).reshape(3, 3)  # fmt: skip
 
 
 def matrix_to_quaternion(rotation: ArrayLike) -> tuple[float, float, float, float]:
