@@ -198,7 +198,7 @@ class _Fault:
 
     def __init__(self, data: mujoco.MjData) -> None:
         self._state = data.qpos, data.qvel
-        self._warnings = [data.warning[k] for k in UNSOLVED]
+        self._position, self._rate, self._acceleration = (data.warning[k] for k in UNSOLVED)
         self.far = 0.0
         """Sum of the squares of the coordinates when it was last looked."""
 
@@ -212,7 +212,7 @@ class _Fault:
 
     def warned(self) -> bool:
         """Whether a step of the engine has: the stages of a step do not look."""
-        return any(warning.number for warning in self._warnings)
+        return bool(self._position.number or self._rate.number or self._acceleration.number)
 
 
 def _locate(
