@@ -18,7 +18,7 @@ from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
 
 MAX_SAMPLES = 1000
-INTEGRATION_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+INTEGRATION_STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 """All that the next step depends on."""
 INTEGRATE: dict[int, Callable[[mujoco.MjModel, mujoco.MjData], None]] = {
     int(mujoco.mjtIntegrator.mjINT_RK4): lambda model, data: mujoco.mj_RungeKutta(model, data, 4),
@@ -120,10 +120,11 @@ def advance(
     Returns what went wrong, the CPU seconds of stepping, and the number of steps.
     """
     cpu, done, take, clock, whole = 0.0, 0, step or take_steps, time.thread_time, steps.whole
-    fault, rates, accelerations, memory = _Fault(data), data.qvel, data.qacc, data.qacc_warmstart
+    places, rates, accelerations, memory = data.qpos, data.qvel, data.qacc, data.qacc_warmstart
     integrate = None if evaluate is None else INTEGRATE.get(int(model.opt.integrator))
     state, leads = np.empty(mujoco.mj_stateSize(model, INTEGRATION_STATE)), False
-    kept, before = memory.copy(), rates.copy()
+    kept, before, far = memory.copy(), rates.copy(), places.dot(places)
+    warnings = [data.warning[k] for k in UNSOLVED]
     for here in steps.samples:
         start = clock()
         if here > done:
@@ -137,7 +138,9 @@ def advance(
                 stepped += 1
             if here > stepped:
                 take(model, data, steps, stepped, here)
-            if fault.seen() or (here > stepped and fault.warned()):
+            far = places.dot(places)
+            sane = rates.dot(rates) <= RATE_LIMIT**2 and far < math.inf  # mostly the sums of squares tell
+            if (not sane and beyond(data)) or (here > stepped and warned(warnings)):
                 if single:
                     end = SteppingEnd(steps.t(here), end_reason(data, map_, before))
                 else:
@@ -145,7 +148,7 @@ def advance(
                 return end, cpu + clock() - start, here
             done = here
         data.time = now = steps.t(here)
-        leads = integrate is not None and done < whole and fault.far < CHECKED
+        leads = integrate is not None and done < whole and far < CHECKED
         kept[:] = memory
         if evaluate is not None:
             evaluate(leads)
@@ -193,26 +196,16 @@ def finite(values: Array) -> bool:
     return math.isfinite(values.dot(values)) or bool(np.all(np.isfinite(values)))
 
 
-class _Fault:
-    """Whether a run has blown up: a number that is not finite, a rate beyond RATE_LIMIT, or one of the engine's warnings."""
+def beyond(data: mujoco.MjData) -> bool:
+    """Whether a coordinate or a rate is not finite, or a rate beyond RATE_LIMIT; accelerations that are not finite have made such rates."""
+    q, v = data.qpos, data.qvel
+    return not (finite(q) and finite(v)) or bool(np.max(np.abs(v), initial=0.0) > RATE_LIMIT)
 
-    def __init__(self, data: mujoco.MjData) -> None:
-        self._state = data.qpos, data.qvel
-        self._position, self._rate, self._acceleration = (data.warning[k] for k in UNSOLVED)
-        self.far = 0.0
-        """Sum of the squares of the coordinates when it was last looked."""
 
-    def seen(self) -> bool:
-        """Whether the state shows it; accelerations that are not finite have made rates of that kind."""
-        q, v = self._state
-        speed, self.far = v.dot(v), q.dot(q)
-        if speed <= RATE_LIMIT**2 and math.isfinite(self.far):  # mostly the sums of squares tell
-            return False
-        return not (finite(q) and finite(v)) or bool(np.max(np.abs(v), initial=0.0) > RATE_LIMIT)
-
-    def warned(self) -> bool:
-        """Whether a step of the engine has: the stages of a step do not look."""
-        return bool(self._position.number or self._rate.number or self._acceleration.number)
+def warned(warnings: Sequence[mujoco.MjWarningStat]) -> bool:
+    """Whether `mj_step` has warned of a blow-up, by the UNSOLVED; the stages of a step alone do not look."""
+    position, rate, acceleration = warnings
+    return bool(position.number or rate.number or acceleration.number)
 
 
 def _locate(
@@ -229,11 +222,11 @@ def _locate(
     mujoco.mj_setState(model, data, state, INTEGRATION_STATE)
     for k in UNSOLVED:
         data.warning[k].number = 0
-    before, fault = data.qvel.copy(), _Fault(data)
+    before, warnings = data.qvel.copy(), [data.warning[k] for k in UNSOLVED]
     for k in range(start, end):
         before[:] = data.qvel
         step(model, data, steps, k, k + 1)
-        if fault.seen() or fault.warned():
+        if beyond(data) or warned(warnings):
             return SteppingEnd(steps.t(k + 1), end_reason(data, map_, before))
     return SteppingEnd(steps.t(end), end_reason(data, map_, before))
 
