@@ -106,14 +106,10 @@ def size(bodies: Sequence[Body], loops: Sequence[Loop], springs: Sequence[Spring
     points += [end for x in loops for end in ((x.body_a, x.placement_a.position), (x.body_b, x.placement_b.position))]
     points += [end for x in springs for end in ((x.body_a, x.point_a), (x.body_b, x.point_b))]
     points += [(f.body, f.placement.position) for f in frames]
-    largest = 0.0
     with np.errstate(over="ignore", invalid="ignore"):
         poses = reference_poses(bodies)
-        for body, point in points:
-            rotation, origin = poses[body]
-            there = origin + rotation @ np.array(point)
-            largest = max(largest, float(np.max(np.abs(there)))) if np.all(np.isfinite(there)) else math.inf
-    return largest
+        places = np.abs([poses[body][1] + poses[body][0].dot(point) for body, point in points])
+    return float(places.max(initial=0.0)) if np.isfinite(places).all() else math.inf
 
 
 def unit_of_length(size: float) -> float:
