@@ -167,12 +167,14 @@ class _Sampled:
 
 @lru_cache(maxsize=64)
 def _sampled(mechanism: Mechanism) -> tuple[_Sampled, ...]:
-    """The reference and others; one alone where its rank is the largest that there can be, or its rows are those of the reference."""
+    """The reference and others; one alone where its rank is the largest that there can be, or its rows are those of the reference.
+    A row that says nothing at a random pose says nothing anywhere."""
     samples = _samples(mechanism)
     found = list(islice(samples, 2))
     known = ranks(np.array([j for _, j in found]))
     first, last = found[0][1], found[-1][1]
-    if len(found) > 1 and known[1] < min(last.shape) and not np.array_equal(first, last):
+    most = min(np.count_nonzero(np.linalg.norm(last, axis=1) >= NOTHING), last.shape[1])
+    if len(found) > 1 and known[1] < most and not np.array_equal(first, last):
         more = list(samples)
         found, known = found + more, known + ranks(np.array([j for _, j in more]))
     return tuple(_Sampled(q, j, r) for (q, j), r in zip(found, known, strict=True))

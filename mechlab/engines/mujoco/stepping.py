@@ -27,8 +27,8 @@ INTEGRATE: dict[int, Callable[[mujoco.MjModel, mujoco.MjData], None]] = {
     int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST): mujoco.mj_implicit,
 }
 """What mj_step does after mj_forward."""
-CHECKED = 1e18
-"""The engine looks at states and accelerations before a step, for numbers beyond 1e10; below this sum of squares there are none."""
+CHECKED = 1e9
+"""The engine looks at states and accelerations before a step, for numbers beyond 1e10; below this length of all together there are none."""
 UNSOLVED = (mujoco.mjtWarning.mjWARN_BADQPOS, mujoco.mjtWarning.mjWARN_BADQVEL, mujoco.mjtWarning.mjWARN_BADQACC)
 """Warnings of the engine that say that a run has blown up."""
 
@@ -123,7 +123,7 @@ def advance(
     places, rates, accelerations, memory = data.qpos, data.qvel, data.qacc, data.qacc_warmstart
     integrate = None if evaluate is None else INTEGRATE.get(int(model.opt.integrator))
     state, leads = np.empty(mujoco.mj_stateSize(model, INTEGRATION_STATE)), False
-    kept, before, far = memory.copy(), rates.copy(), places.dot(places)
+    kept, before, far = memory.copy(), rates.copy(), 0.0
     warnings = [data.warning[k] for k in UNSOLVED]
     for here in steps.samples:
         start = clock()
@@ -138,8 +138,8 @@ def advance(
                 stepped += 1
             if here > stepped:
                 take(model, data, steps, stepped, here)
-            far = places.dot(places)
-            sane = rates.dot(rates) <= RATE_LIMIT**2 and far < math.inf  # mostly the sums of squares tell
+            far = length(places)
+            sane = far < math.inf and length(rates) <= RATE_LIMIT  # mostly the lengths tell
             if (not sane and beyond(data)) or (here > stepped and warned(warnings)):
                 if single:
                     end = SteppingEnd(steps.t(here), end_reason(data, map_, before))
@@ -154,7 +154,7 @@ def advance(
             evaluate(leads)
         cpu += clock() - start
         stop = evaluate is None and sample(now)
-        size = accelerations.dot(accelerations)
+        size = length(accelerations)
         if not (size < CHECKED or finite(accelerations)):  # of the state, only the accelerations are new
             return SteppingEnd(now, end_reason(data, map_, rates)), cpu, done
         stop = stop if evaluate is None else sample(now)
@@ -191,9 +191,14 @@ def sparsely(step: Step | None = None) -> Step:
     return stepped
 
 
+def length(values: Array) -> float:
+    """Euclidean length of (n,), no less than the largest of them; NaN stays. For some ten numbers it takes half of numpy's time."""
+    return math.hypot(*values.tolist())
+
+
 def finite(values: Array) -> bool:
-    """Whether all of (n,) are finite; the sum of their squares mostly says so at once."""
-    return math.isfinite(values.dot(values)) or bool(np.all(np.isfinite(values)))
+    """Whether all of (n,) are finite; their length mostly says so at once."""
+    return math.isfinite(length(values)) or bool(np.all(np.isfinite(values)))
 
 
 def beyond(data: mujoco.MjData) -> bool:
