@@ -13,7 +13,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import fields, replace
 from functools import wraps
 from typing import Any, ParamSpec, TypeVar
@@ -107,7 +107,7 @@ def costed(run: Callable[P, R]) -> Callable[P, R]:
         clock.depth += 1
         try:
             first = clock.read()
-            with one_algebra_thread():
+            with one_algebra_thread() if clock.depth == 1 else nullcontext():
                 made: Any = run(*args, **kwargs)
             parts = clock.read() - first
             result: R = replace(made, cost=replace(made.cost, total_s=parts.total, parts=parts))

@@ -95,7 +95,8 @@ class _Attribute:
 
 def _stand_in(pending: _Pending, name: str) -> Any:
     def method(*args: Any, **keywords: Any) -> Any:
-        pending.complete()
+        if not pending.done:  # one that somebody wrapped stays for good
+            pending.complete()
         return method.__wrapped__(*args, **keywords)  # type: ignore[attr-defined]
 
     method.__name__, method.__qualname__ = name, f"{pending.cls.__qualname__}.{name}"

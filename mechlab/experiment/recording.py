@@ -242,6 +242,12 @@ class Trace:
         return not self.reason
 
 
+def state_channels(mechanism: Mechanism) -> frozenset[str]:
+    """Names of the `basic_channels`."""
+    points = [f"{f.name}_{letter}" for f in mechanism.frames for letter in "xyz"]
+    return frozenset([*mechanism.scalar_names, *(f"{n}_rate" for n in mechanism.scalar_names), *points])
+
+
 def basic_channels(mechanism: Mechanism, q: Array, v: Array) -> tuple[dict[str, Array], dict[str, str]]:
     """Channels of every run, with units: value and `_rate` of each joint and shaft, `_x _y _z` of each frame."""
     channels: dict[str, Array] = {}

@@ -38,7 +38,7 @@ from mechlab.experiment.errors import (
 )
 from mechlab.experiment.held_rates import captured
 from mechlab.experiment.ranges import stop_advice
-from mechlab.experiment.recording import Finding, Health, Recording, basic_channels
+from mechlab.experiment.recording import Finding, Health, Recording, state_channels
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.lab.file_error import with_file_error
 from mechlab.lab.order_check import fixed_steps, suspects
@@ -116,7 +116,7 @@ class _Estimate:
         m = recording.mechanism
         self.soft = self.settings.engine == "mujoco" and m.is_closed
         self.order = expected_order(self.settings, self.soft)
-        self.states = basic_channels(m, recording.q[:1], recording.v[:1])[0]
+        self.states = state_channels(m)
         self.kinks = any(True for _ in suspects(m, scene, self.settings, recording))
         self.advice = stop_advice(recording.health) or SMALLER
 

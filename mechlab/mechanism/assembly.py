@@ -91,7 +91,11 @@ def mode_sign(mechanism: Mechanism, q: Array, held: Sequence[str]) -> int:
     (the held ones do not fix the mechanism, or rows are redundant in a way that changes).
     """
     tree, constraints = _tree(mechanism)
-    jacobian = constraints.jacobian(tree.set(q))
+    return _sign(tree.set(q), constraints, held)
+
+
+def _sign(tree: TreeKinematics, constraints: ConstraintSet, held: Sequence[str]) -> int:
+    mechanism, jacobian = tree.mechanism, constraints.jacobian(tree)
     rows = np.array([mechanism.row(n) for n in held]).reshape(len(held), mechanism.nv)
     keep = independent_rows(mechanism, constraints)
     matrix = np.vstack([jacobian[keep], rows])
@@ -110,7 +114,7 @@ def same_mode(mechanism: Mechanism, before: Array, after: Array, held: Sequence[
     if rows_repeat(mechanism):
         rows = np.array([mechanism.row(n) for n in held]).reshape(len(held), mechanism.nv)
         return same_sign(constraints.jacobian(tree.set(before)), constraints.jacobian(tree.set(after)), rows)
-    a, b = mode_sign(mechanism, before, held), mode_sign(mechanism, after, held)
+    a, b = (_sign(tree.set(q), constraints, held) for q in (before, after))
     return a == 0 or b == 0 or a == b
 
 

@@ -88,15 +88,15 @@ class LoopConstraint:
         """Rotation to world and origin in the world of end a, and of end b."""
         (ra, pa), (rb, pb) = kin.pose(self.loop.body_a), kin.pose(self.loop.body_b)
         turn_a, point_a, turn_b, point_b = self._placed
-        return ra @ turn_a, pa + ra @ point_a, rb @ turn_b, pb + rb @ point_b
+        return ra.dot(turn_a), pa + ra.dot(point_a), rb.dot(turn_b), pb + rb.dot(point_b)
 
     def residual(self, kin: Kinematics) -> Array:
         """(rows,) offsets [m] and sines."""
         ra, pa, rb, pb = self.ends(kin)
         offsets, angles = _LOOP_TABLE[self.loop.kind]
         d = pb - pa
-        out = [ra[:, AXES.index(u)] @ d for u in offsets]
-        out += [ra[:, AXES.index(u)] @ rb[:, AXES.index(w)] for u, w in angles]
+        out = [ra[:, AXES.index(u)].dot(d) for u in offsets]
+        out += [ra[:, AXES.index(u)].dot(rb[:, AXES.index(w)]) for u, w in angles]
         return np.array(out)
 
     def jacobian(self, kin: Kinematics) -> Array:
@@ -106,8 +106,8 @@ class LoopConstraint:
         ja, jb = kin.jacobian(self.loop.body_a, pa), kin.jacobian(self.loop.body_b, pb)
         d = pb - pa
         relative, turning = jb[:3] - ja[:3], ja[3:] - jb[3:]
-        out = [ra[:, k] @ relative + cross(ra[:, k], d) @ ja[3:] for k in map(AXES.index, offsets)]
-        out += [cross(ra[:, AXES.index(u)], rb[:, AXES.index(w)]) @ turning for u, w in angles]
+        out = [ra[:, k].dot(relative) + cross(ra[:, k], d).dot(ja[3:]) for k in map(AXES.index, offsets)]
+        out += [cross(ra[:, AXES.index(u)], rb[:, AXES.index(w)]).dot(turning) for u, w in angles]
         return np.array(out)
 
     def bias(self, kin: Kinematics) -> Array:

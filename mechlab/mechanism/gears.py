@@ -59,59 +59,57 @@ def relation(mesh: GearMesh, mechanism: Mechanism) -> LinearRelation:
 
 
 def relations(meshes: Sequence[GearMesh], mechanism: Mechanism) -> list[LinearRelation]:
-    """`relation` of each mesh, over one tree of which each mesh moves only its gears, its carrier and what carries them."""
-    gears = _Gears(mechanism)
-    return [gears.relation(mesh) for mesh in meshes]
+    """`relation` of each mesh, over one tree of which only the gears, their carriers and what carries them are moved."""
+    gears = _Gears(mechanism, meshes)
+    rng = np.random.default_rng(11)
+    rows = [gears.rows(q) for q in (mechanism.reference(), *(gears.random_pose(rng) for _ in range(3)))]
+    return [
+        LinearRelation(mesh.name, _exact(mesh, mechanism, _constant(mesh, mechanism, np.array(found))), mesh.kind)
+        for mesh, found in zip(meshes, zip(*rows, strict=True), strict=True)
+    ]
 
 
 class _Gears:
-    """The joints and bodies of a mechanism, moved for one mesh after the other."""
+    """The joints and bodies of a mechanism that meshes need, and where the pitch point and the mesh direction stand in the carrier."""
 
-    def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism = mechanism
-        self.tree = TreeKinematics(mechanism)
-        self.reference = mechanism.reference()
-        self.joints = {j.name: (j, b.name) for b in mechanism.bodies for j in b.joints}
-        self.parents = {b.name: b.parent for b in mechanism.bodies}
-        self.balls = [mechanism.q_slice[j.name] for j in mechanism.joints if j.kind == "spherical"]
+    def __init__(self, mechanism: Mechanism, meshes: Sequence[GearMesh]) -> None:
+        self.mechanism, self.meshes = mechanism, meshes
+        self.tree = tree = TreeKinematics(mechanism)
+        joints = {j.name: (j, b.name) for b in mechanism.bodies for j in b.joints}
+        self.bodies: list[tuple[str, str]] = []
+        self._pitches: list[tuple[Array, Array]] = []
+        for mesh in meshes:
+            if mesh.kind not in MESH_KINDS:
+                raise unknown(f"mesh {mesh.name!r}: kind", mesh.kind, MESH_KINDS)
+            for name in (mesh.a, mesh.b):
+                if name not in joints:
+                    raise unknown(f"mesh {mesh.name!r}: joint", name, joints)
+            if mesh.carrier not in tree.index:
+                raise unknown(f"mesh {mesh.name!r}: carrier body", mesh.carrier, tree.index)
+            (joint_a, body_a), (joint_b, body_b) = joints[mesh.a], joints[mesh.b]
+            rotation, origin = tree.pose(mesh.carrier)
+            point, direction = _pitch(mesh, _Axis.of(tree, joint_a), _Axis.of(tree, joint_b))
+            self.bodies.append((body_a, body_b))
+            self._pitches.append((rotation.T @ (point - origin), rotation.T @ direction))
+        self._moved = self._carried([*(mesh.carrier for mesh in meshes), *(x for both in self.bodies for x in both)])
 
-    def relation(self, mesh: GearMesh) -> LinearRelation:
-        """See `mechlab.mechanism.gears.relation`."""
-        if mesh.kind not in MESH_KINDS:
-            raise unknown(f"mesh {mesh.name!r}: kind", mesh.kind, MESH_KINDS)
-        for name in (mesh.a, mesh.b):
-            if name not in self.joints:
-                raise unknown(f"mesh {mesh.name!r}: joint", name, self.joints)
-        (joint_a, body_a), (joint_b, body_b) = self.joints[mesh.a], self.joints[mesh.b]
-        if mesh.carrier not in self.tree.index:
-            raise unknown(f"mesh {mesh.name!r}: carrier body", mesh.carrier, self.tree.index)
-        moved = self._carried(mesh.carrier, body_a, body_b)
-        tree = self.tree.set(self.reference, only=moved)
-        rotation, origin = tree.pose(mesh.carrier)
-        point, direction = _pitch(mesh, _Axis.of(tree, joint_a), _Axis.of(tree, joint_b))
-        local = rotation.T @ (point - origin), rotation.T @ direction
-        rng = np.random.default_rng(11)
-        first: Array | None = None
-        for _ in range(4):
+    def rows(self, q: Array) -> list[Array]:
+        """(nv,) row of each mesh at a pose q (nq,), 1 at its joint a."""
+        tree, out = self.tree.set(q, only=self._moved), []
+        for mesh, (a, b), (point, direction) in zip(self.meshes, self.bodies, self._pitches, strict=True):
             r, p = tree.pose(mesh.carrier)
-            at, along = p + r @ local[0], r @ local[1]
-            row = along @ (tree.jacobian(body_a, at) - tree.jacobian(body_b, at))[:3]
-            row = self._scaled(mesh, row)
-            if first is None:
-                first = row
-            else:
-                self._refuse_change(mesh, first, row)
-            tree.set(self._random_pose(rng), only=moved)
-        assert first is not None
-        return LinearRelation(mesh.name, _exact(mesh, self.mechanism, first), mesh.kind)
+            at, along = p + r @ point, r @ direction
+            out.append(self._scaled(mesh, along @ (tree.jacobian(a, at) - tree.jacobian(b, at))[:3]))
+        return out
 
-    def _carried(self, *bodies: str) -> list[int]:
+    def _carried(self, bodies: Sequence[str]) -> list[int]:
         """Indices of the bodies and of all that carry them, in rising order."""
+        parents = {b.name: b.parent for b in self.mechanism.bodies}
         out: set[int] = set()
         for body in bodies:
             while body != GROUND and self.tree.index[body] not in out:
                 out.add(self.tree.index[body])
-                body = self.parents[body]
+                body = parents[body]
         return sorted(out)
 
     def _scaled(self, mesh: GearMesh, row: Array) -> Array:
@@ -122,20 +120,26 @@ class _Gears:
             )
         return np.asarray(row / row[k])
 
-    def _refuse_change(self, mesh: GearMesh, first: Array, row: Array) -> None:
-        change = np.abs(row - first)
-        if np.max(change) > 1e-9 * np.max(np.abs(first)):
-            worst = self.mechanism.rate_names[int(np.argmax(change))]
-            raise MechlabError(
-                f"mesh {mesh.name!r}: its ratio is not constant, it changes with joint {worst!r}. "
-                f"Do both axes ({mesh.a!r}, {mesh.b!r}) stand fixed in carrier {mesh.carrier!r}?"
-            )
-
-    def _random_pose(self, rng: np.random.Generator) -> Array:
+    def random_pose(self, rng: np.random.Generator) -> Array:
+        """(nq,) coordinates anywhere, open or not."""
         q = rng.uniform(-1.0, 1.0, self.mechanism.nq)
-        for s in self.balls:
-            q[s] /= np.linalg.norm(q[s])
+        for joint in self.mechanism.joints:
+            if joint.kind == "spherical":
+                s = self.mechanism.q_slice[joint.name]
+                q[s] /= np.linalg.norm(q[s])
         return q
+
+
+def _constant(mesh: GearMesh, mechanism: Mechanism, rows: Array) -> Array:
+    """The first of the rows (poses, nv) of a mesh; raises MechlabError where they differ."""
+    change = np.abs(rows - rows[0])
+    if change.max() > 1e-9 * np.abs(rows[0]).max():
+        worst = mechanism.rate_names[int(np.argmax(change.max(axis=0)))]
+        raise MechlabError(
+            f"mesh {mesh.name!r}: its ratio is not constant, it changes with joint {worst!r}. "
+            f"Do both axes ({mesh.a!r}, {mesh.b!r}) stand fixed in carrier {mesh.carrier!r}?"
+        )
+    return np.asarray(rows[0])
 
 
 @dataclass(frozen=True)
@@ -208,10 +212,11 @@ def _bevel_pitch(mesh: GearMesh, a: _Axis, b: _Axis, za: float, zb: float) -> tu
 
 
 @lru_cache(maxsize=256)
-def _candidates(ratio: Fraction) -> tuple[tuple[Fraction, ...], Array]:
-    """The numbers i + j x ratio with |i|, |j| <= 3, the small ones first: exact, and as floats."""
-    exact = tuple(sorted((i + j * ratio for i in range(-3, 4) for j in range(-3, 4)), key=abs))
-    return exact, np.array([float(c) for c in exact])
+def _candidates(ratio: Fraction) -> tuple[tuple[int, ...], Array]:
+    """The numbers i + j x ratio with |i|, |j| <= 3, the small ones first: numerators over the denominator of the ratio, and as floats."""
+    over, under = ratio.numerator, ratio.denominator
+    exact = tuple(sorted((i * under + j * over for i in range(-3, 4) for j in range(-3, 4)), key=abs))
+    return exact, np.array([n / under for n in exact])
 
 
 def _exact(mesh: GearMesh, mechanism: Mechanism, row: Array) -> Coefficients:
@@ -233,7 +238,7 @@ def _exact(mesh: GearMesh, mechanism: Mechanism, row: Array) -> Coefficients:
             raise MechlabError(
                 f"mesh {mesh.name!r}: the coefficient {value:.9g} of joint {joint.name!r} is no combination of the ratio {ratio}."
             )
-        out.append((joint.name, candidates[best]))
+        out.append((joint.name, Fraction(candidates[best], ratio.denominator)))
     return tuple(out)
 
 

@@ -60,12 +60,12 @@ def axis_rotation(axis: ArrayLike, angle: float) -> Array:
     c, s = math.cos(angle), math.sin(angle)
     k = 1.0 - c
     return np.array(
-        [
-            [c + k * x * x, k * x * y - s * z, k * x * z + s * y],
-            [k * x * y + s * z, c + k * y * y, k * y * z - s * x],
-            [k * x * z - s * y, k * y * z + s * x, c + k * z * z],
-        ]
-    )
+        (
+            c + k * x * x, k * x * y - s * z, k * x * z + s * y,
+            k * x * y + s * z, c + k * y * y, k * y * z - s * x,
+            k * x * z - s * y, k * y * z + s * x, c + k * z * z,
+        )
+    ).reshape(3, 3)  # fmt: skip
 
 
 def quaternion_to_matrix(wxyz: ArrayLike) -> Array:
@@ -74,18 +74,17 @@ def quaternion_to_matrix(wxyz: ArrayLike) -> Array:
     n = w * w + x * x + y * y + z * z
     s = 2.0 / n
     return np.array(
-        [
-            [1 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y)],
-            [s * (x * y + w * z), 1 - s * (x * x + z * z), s * (y * z - w * x)],
-            [s * (x * z - w * y), s * (y * z + w * x), 1 - s * (x * x + y * y)],
-        ]
-    )
+        (
+            1 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y),
+            s * (x * y + w * z), 1 - s * (x * x + z * z), s * (y * z - w * x),
+            s * (x * z - w * y), s * (y * z + w * x), 1 - s * (x * x + y * y),
+        )
+    ).reshape(3, 3)  # fmt: skip
 
 
 def matrix_to_quaternion(rotation: ArrayLike) -> tuple[float, float, float, float]:
     """Unit quaternion (w, x, y, z), w >= 0, of a (3, 3) rotation (Shepperd's method: always well conditioned)."""
-    r = np.asarray(rotation, dtype=float).tolist()
-    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = r
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = np.asarray(rotation, dtype=float).tolist()
     trace = xx + yy + zz
     largest = max(trace, xx, yy, zz)
     if largest == trace:
@@ -96,10 +95,9 @@ def matrix_to_quaternion(rotation: ArrayLike) -> tuple[float, float, float, floa
         w, x, y, z = xz - zx, xy + yx, 1 + yy - zz - xx, zy + yz
     else:
         w, x, y, z = yx - xy, xz + zx, yz + zy, 1 + zz - xx - yy
-    norm = math.sqrt(w * w + x * x + y * y + z * z)
-    if w < 0:
-        norm = -norm
-    return (w / norm, x / norm, y / norm, z / norm)
+    q = np.array([w, x, y, z])
+    w, x, y, z = (q / math.sqrt(q.dot(q))).tolist()
+    return (w, x, y, z) if w >= 0 else (-w, -x, -y, -z)
 
 
 def rotation_log(rotation: ArrayLike) -> Array:

@@ -82,7 +82,7 @@ class TreeKinematics:
             [(j.kind, np.array(j.axis), mechanism.q_slice[j.name], mechanism.v_slice[j.name].start) for j in b.joints]
             for b in mechanism.bodies
         ]
-        self._columns = moving_rates(mechanism)
+        self._columns = [np.array(k, dtype=int) for k in moving_rates(mechanism)]
         n = len(mechanism.bodies)
         self.rotations = np.empty((n, 3, 3))
         self.origins = np.empty((n, 3))
@@ -107,21 +107,21 @@ class TreeKinematics:
         for i in range(len(self._parents)) if only is None else only:
             parent, (r0, p0), joints = self._parents[i], self._placements[i], self._joints[i]
             if parent >= 0:
-                rotation = self.rotations[parent] @ r0
-                origin = self.origins[parent] + self.rotations[parent] @ p0
+                carrier = self.rotations[parent]
+                rotation, origin = carrier.dot(r0), self.origins[parent] + carrier.dot(p0)
             else:
                 rotation, origin = r0, p0
             for kind, axis, qs, k in joints:
                 if kind == "revolute":
-                    self.axes[k] = rotation @ axis
+                    self.axes[k] = rotation.dot(axis)
                     self.anchors[k] = origin
-                    rotation = rotation @ axis_rotation(axis, q[qs.start])
+                    rotation = rotation.dot(axis_rotation(axis, q[qs.start]))
                 elif kind == "prismatic":
-                    self.axes[k] = rotation @ axis
+                    self.axes[k] = rotation.dot(axis)
                     origin = origin + self.axes[k] * q[qs.start]
                     self.anchors[k] = origin
                 else:
-                    rotation = rotation @ quaternion_to_matrix(q[qs])
+                    rotation = rotation.dot(quaternion_to_matrix(q[qs]))
                     self.axes[k : k + 3] = rotation.T
                     self.anchors[k : k + 3] = origin
             self.rotations[i] = rotation
@@ -154,13 +154,13 @@ class TreeKinematics:
         if i < 0:
             return out
         k = self._columns[i]
-        axes, turns = self.axes[k], self.turns[k][:, None]
-        arms = np.asarray(point, dtype=float) - self.anchors[k]
-        a0, a1, a2 = axes.T
-        r0, r1, r2 = arms.T
-        turned = np.stack([a1 * r2 - a2 * r1, a2 * r0 - a0 * r2, a0 * r1 - a1 * r0], axis=1)
-        out[:3, k] = (turns * turned + (1.0 - turns) * axes).T
-        out[3:, k] = (turns * axes).T
+        axes, turns = self.axes[k].T, self.turns[k]
+        a0, a1, a2 = axes
+        r0, r1, r2 = (np.asarray(point, dtype=float) - self.anchors[k]).T
+        turned = np.empty(axes.shape)
+        turned[0], turned[1], turned[2] = a1 * r2 - a2 * r1, a2 * r0 - a0 * r2, a0 * r1 - a1 * r0
+        out[:3, k] = turns * turned + (1.0 - turns) * axes
+        out[3:, k] = turns * axes
         return out
 
     def _moving(self) -> tuple[Array, Array, Array, Array]:

@@ -43,13 +43,15 @@ def refuse_collisions(m: Mechanism) -> None:
     the frame that it moves (`floating("p")` and a frame "p")."""
     seen: dict[str, str] = {}
     same: dict[str, bool] = {}
+    trees: list[TreeKinematics] = []
     for key, what in keys_of(m):
         if key not in seen:
             seen[key] = what
             continue
         name = key.removesuffix("_rate").removesuffix("_accel")
         if seen[key] != what and name not in same:
-            same[name] = _same(m, name)
+            trees = trees or _at_random_poses(m)
+            same[name] = _same(trees, name)
         if seen[key] != what and not same[name]:
             raise MechlabError(f"{m.name}: {key!r} would mean {seen[key]} and {what}: give one of them another name.")
 
@@ -69,19 +71,27 @@ def colliding_frame(frame: str, scalars: Collection[str]) -> bool:
     return any(f"{name}{s}" in keys for name in scalars if name.startswith(frame) for s in SCALAR)
 
 
-def _same(m: Mechanism, name: str) -> bool:
-    """True when the name is a frame coordinate that equals the joint of the same name at three random poses."""
-    frame = next((f for f in m.frames if name in {f"{f.name}_{a}" for a in "xyz"}), None)
-    if frame is None or name not in m.scalar_names:
-        return False
-    rng = np.random.default_rng(5)
+def _at_random_poses(m: Mechanism) -> list[TreeKinematics]:
+    """The tree at three poses, closed or not."""
+    rng, out = np.random.default_rng(5), []
     for _ in range(3):
         q = m.reference() + m.length_scale * rng.uniform(-0.5, 0.5, m.nq)
         for joint in m.joints:
             if joint.nv == 3:
                 q[m.q_slice[joint.name]] = quaternion_exp(rng.uniform(-0.5, 0.5, 3))
-        rotation, origin = TreeKinematics(m, q).pose(frame.body)
+        out.append(TreeKinematics(m, q))
+    return out
+
+
+def _same(trees: list[TreeKinematics], name: str) -> bool:
+    """True when the name is a frame coordinate that equals the joint of the same name at all poses."""
+    m = trees[0].mechanism
+    frame = next((f for f in m.frames if name in {f"{f.name}_{a}" for a in "xyz"}), None)
+    if frame is None or name not in m.scalar_names:
+        return False
+    for tree in trees:
+        rotation, origin = tree.pose(frame.body)
         point = origin + rotation @ frame.placement.translation
-        if abs(point["xyz".index(name[-1])] - float(m.value(name, q))) > 1e-9 * m.length_scale:
+        if abs(point["xyz".index(name[-1])] - float(m.value(name, tree.q))) > 1e-9 * m.length_scale:
             return False
     return True

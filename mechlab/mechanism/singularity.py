@@ -11,7 +11,7 @@ from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.many_states import ManyStates
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.state_rows import state_rows
-from mechlab.mechanism.structure import generic, null_space, structure
+from mechlab.mechanism.structure import generic, largest_rank, null_space, structure
 
 PASS = 0.05
 """A motion that comes within this share of its usual distance of a singular position passes it."""
@@ -83,15 +83,15 @@ def _smallest(mechanism: Mechanism, poses: Array) -> Array | None:
     """(n,) smallest singular values of the Jacobian at its usual rank, rows scaled by their size at a generic pose; None without loops."""
     if not (mechanism.loops or mechanism.curves):  # the rows of relations are the same in every pose
         return None
-    best = structure(mechanism)
-    if not best.rank:
+    rank = largest_rank(mechanism)
+    if not rank:
         return None
     q, generic_rows = generic(mechanism)
-    smallest = smallest_of_closures(mechanism, q, poses, best.rank)
+    smallest = smallest_of_closures(mechanism, q, poses, rank)
     if smallest is None:
         usual = np.linalg.norm(generic_rows, axis=1)
         jacobians = state_rows(mechanism).jacobian(ManyStates(mechanism, poses))
-        smallest = _scaled_values(jacobians, usual)[:, best.rank - 1]
+        smallest = _scaled_values(jacobians, usual)[:, rank - 1]
     return np.asarray(smallest)
 
 

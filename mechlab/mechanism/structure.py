@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import lru_cache
+from itertools import islice
 
 import numpy as np
 
@@ -105,23 +106,31 @@ def null_space(matrix: Array, tolerance: float = RANK_TOLERANCE) -> Array:
 
 def sample_poses(mechanism: Mechanism, count: int = 4, spread: float = 0.1, seed: int = 7) -> list[Array]:
     """Assembled poses near the reference: steps along the null space, closed again by Newton. The first is the reference."""
+    return [q for q, _ in _samples(mechanism, count, spread, seed)]
+
+
+def _samples(mechanism: Mechanism, count: int = 4, spread: float = 0.1, seed: int = 7) -> Iterator[tuple[Array, Array]]:
+    """`sample_poses` one by one, each with the constraint Jacobian there."""
     rng = np.random.default_rng(seed)
     tree, constraints = TreeKinematics(mechanism), ConstraintSet(mechanism)
-    poses = [mechanism.reference()]
+    last: list[Array] = []
 
     def evaluate(x: Array) -> tuple[Array, Array]:
         tree.set(x)
-        return constraints.residual(tree), constraints.jacobian(tree)
+        last[:] = x, constraints.jacobian(tree)
+        return constraints.residual(tree), last[1]
 
-    directions = _free_directions(constraints.jacobian(tree.set(poses[0])), rng)
+    reference = mechanism.reference()
+    at_reference = evaluate(reference)[1]
+    yield reference, at_reference
+    directions = _free_directions(at_reference, rng)
     for _ in range(count):
         direction = next(directions)
         size = float(np.max(np.abs(direction), initial=0.0))
         step = direction * (spread * step_size(mechanism) / size if size > 0 else 0.0)
-        found = newton(evaluate, lambda x, dv: integrate(mechanism, x, dv), integrate(mechanism, poses[0], step))
+        found = newton(evaluate, lambda x, dv: integrate(mechanism, x, dv), integrate(mechanism, reference, step))
         if found.closed:
-            poses.append(found.q)
-    return poses
+            yield found.q, last[1] if found.q is last[0] else evaluate(found.q)[1]
 
 
 def _free_directions(jacobian: Array, rng: np.random.Generator) -> Iterator[Array]:
@@ -158,10 +167,22 @@ class _Sampled:
 
 @lru_cache(maxsize=64)
 def _sampled(mechanism: Mechanism) -> tuple[_Sampled, ...]:
-    tree, constraints = TreeKinematics(mechanism), ConstraintSet(mechanism)
-    poses = sample_poses(mechanism)
-    jacobians = [constraints.jacobian(tree.set(q)) for q in poses]
-    return tuple(_Sampled(q, j, r) for q, j, r in zip(poses, jacobians, ranks(np.array(jacobians)), strict=True))
+    """The reference and others; one alone where its rank is the largest that there can be, or its rows are those of the reference.
+    A row that says nothing at a random pose says nothing anywhere."""
+    samples = _samples(mechanism)
+    found = list(islice(samples, 2))
+    known = ranks(np.array([j for _, j in found]))
+    first, last = found[0][1], found[-1][1]
+    most = min(np.count_nonzero(np.linalg.norm(last, axis=1) >= NOTHING), last.shape[1])
+    if len(found) > 1 and known[1] < most and not np.array_equal(first, last):
+        more = list(samples)
+        found, known = found + more, known + ranks(np.array([j for _, j in more]))
+    return tuple(_Sampled(q, j, r) for (q, j), r in zip(found, known, strict=True))
+
+
+def largest_rank(mechanism: Mechanism) -> int:
+    """The rank of the constraints at a generic pose."""
+    return max(sampled.rank for sampled in _sampled(mechanism))
 
 
 def _generic(mechanism: Mechanism) -> _Sampled:
@@ -321,15 +342,14 @@ def independent_coordinates(mechanism: Mechanism) -> tuple[str, ...]:
 def structure(mechanism: Mechanism) -> Structure:
     """Structure of a mechanism: see `Structure`."""
     constraints = ConstraintSet(mechanism)
-    ranks = [sampled.rank for sampled in _sampled(mechanism)]
     best = _generic(mechanism)
     rows = [mechanism.row(d.on) for d in mechanism.drives]
     driven = rank(np.vstack([best.jacobian, *[r[None] for r in rows]])) - best.rank if rows else 0
     return Structure(
         nv=mechanism.nv,
         rows=len(constraints),
-        rank=max(ranks),
-        reference_rank=ranks[0],
+        rank=largest_rank(mechanism),
+        reference_rank=_sampled(mechanism)[0].rank,
         idle=idle_freedoms(mechanism),
         redundant=redundancies(mechanism),
         independent=independent_coordinates(mechanism),

@@ -106,13 +106,10 @@ def size(bodies: Sequence[Body], loops: Sequence[Loop], springs: Sequence[Spring
     points += [end for x in loops for end in ((x.body_a, x.placement_a.position), (x.body_b, x.placement_b.position))]
     points += [end for x in springs for end in ((x.body_a, x.point_a), (x.body_b, x.point_b))]
     points += [(f.body, f.placement.position) for f in frames]
-    if not points:
-        return 0.0
     with np.errstate(over="ignore", invalid="ignore"):
         poses = reference_poses(bodies)
-        rotations, origins = (np.array([poses[name][k] for name, _ in points]) for k in (0, 1))
-        there = origins + (rotations @ np.array([point for _, point in points])[..., None])[..., 0]
-    return float(np.max(np.abs(there), initial=0.0)) if np.isfinite(there).all() else math.inf
+        places = np.abs([poses[body][1] + poses[body][0].dot(point) for body, point in points])
+    return float(places.max(initial=0.0)) if np.isfinite(places).all() else math.inf
 
 
 def unit_of_length(size: float) -> float:

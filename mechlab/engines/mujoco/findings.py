@@ -15,7 +15,7 @@ import numpy as np
 
 from mechlab.engines.mujoco.engine_warnings import engine_warnings
 from mechlab.engines.mujoco.model import MujocoMap
-from mechlab.engines.mujoco.stepping import SteppingEnd
+from mechlab.engines.mujoco.stepping import SteppingEnd, length
 from mechlab.experiment.energy import dissipation, energy_finding, work
 from mechlab.experiment.findings import (
     OPEN_LOOP,
@@ -247,8 +247,7 @@ class LoopWatch:
         if data.ne != self._rows:  # the rows of equalities keep their places while their number is the same
             self._points = self.map.first_rows(data, self.names, 3)
             self._rows = data.ne
-        open_ = data.efc_pos[: data.ne]
-        if open_.dot(open_) <= self.limit**2:  # all rows together are closed enough
+        if length(data.efc_pos[: data.ne]) <= self.limit:  # all rows together are closed enough
             return self.worst is not None
         gaps = np.linalg.norm(data.efc_pos[self._points], axis=1)
         k = int(np.argmax(gaps))

@@ -50,11 +50,11 @@ class Reactions:
     LOOP_fx _fy _fz [N] and LOOP_mx _my _mz [N m] on body b at its end of the loop, world axes; no moments for spherical loops. LOOP_load
     [N] of a distance loop pushes its ends apart. A mechanism with a distance loop is read by `ExactDynamics`, which
     gives the loads of relations, distance loops and spherical loops. Rows that repeat others share their load equally:
-    in an overconstrained mechanism this says how the engine shares it, no more.
+    in an overconstrained mechanism this says how the engine shares it, no more. slips: whether `slip` will be asked for.
     """
 
-    def __init__(self, map_: MujocoMap) -> None:
-        self.map, self.model = map_, map_.model
+    def __init__(self, map_: MujocoMap, slips: bool = True) -> None:
+        self.map, self.model, self._slips = map_, map_.model, slips
         m = map_.mechanism
         self.relations = tuple(x.name for x in m.couplings)
         self.distances = tuple(x.name for x in m.loops if x.kind == "distance")
@@ -107,7 +107,7 @@ class Reactions:
             self._kept["qacc"].append(data.qacc.copy())
         if self.names:
             self._kept["force"].append(data.efc_force[:count].copy())
-        if self.relations:
+        if self.relations and self._slips:
             terms = data.efc_KBIP[:count]
             self._kept["soft"].append(np.array([data.efc_pos[:count], data.efc_R[:count], terms[:, 0], terms[:, 2]]))
         if len(self._sites):

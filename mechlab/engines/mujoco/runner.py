@@ -76,7 +76,7 @@ def _recorded(
     put_start(data, map_, q, v)
     driver = Driver(mechanism, scene.laws, MujocoPlant(mechanism, model, data, map_), in_model)
     after = driver.afterwards(steps, judged)
-    samples = RunSamples(model, data, map_, driver, ModeWatch(mechanism, scene.keep_mode), after)
+    samples = RunSamples(model, data, map_, driver, ModeWatch(mechanism, scene.keep_mode), after, judged)
     act = driver if judged else driver.unaccounted
     with controlled(data, act) if after is None else engine(), spent_on("record"):
         # laws in Python read the dense rows in the middle of a step, reactions of distance loops at the samples
@@ -88,6 +88,8 @@ def _recorded(
             take = samples.keep if evaluate else samples.take
             blow_up, cpu, done = advance(model, data, map_, steps, take, sparsely(step) if sparse else step, evaluate)
     move_cost("record", "integrate", cpu)
+    if not samples.t:
+        raise MechlabError(f"{mechanism.name}: MuJoCo's accelerations at t = 0 are not finite.")
     with spent_on("record"):
         if samples.cut():  # the run ends there, whatever came after
             blow_up, done = None, steps.samples[len(samples.t) - 1]

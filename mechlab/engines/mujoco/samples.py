@@ -13,7 +13,6 @@ from mechlab.engines.mujoco.findings import FrictionWatch, LoopWatch
 from mechlab.engines.mujoco.model import MujocoMap
 from mechlab.engines.mujoco.reactions import Reactions
 from mechlab.engines.mujoco.stepping import finite
-from mechlab.errors import MechlabError
 from mechlab.experiment.assembly_modes import WATCHED, ModeWatch
 from mechlab.experiment.recording import run_channels
 from mechlab.mechanism.geometry import Array
@@ -37,15 +36,16 @@ class ForceSource(Protocol):
 
 
 class RunSamples:
-    """See the module. after: what tells forces and work once all samples are taken, else the driver does at each of them.
+    """See the module. after: what tells forces and work once all samples are taken, else the driver does at each of them. judged:
+    whether a health record will be made of them.
     `more_work` (n,) [J] and `allowance` [J] add to what the samples tell of work and of energy in soft rows."""
 
     def __init__(
         self, model: mujoco.MjModel, data: mujoco.MjData, map_: MujocoMap, driver: ForceSource, watch: ModeWatch,
-        after: AfterRun | None = None,
+        after: AfterRun | None = None, judged: bool = True,
     ) -> None:  # fmt: skip
         self.model, self.data, self.map, self.driver = model, data, map_, driver
-        self.reactions = Reactions(map_)
+        self.reactions = Reactions(map_, judged)
         self.watch, self.after = watch, after
         self._motion = data.qpos, data.qvel, data.qacc
         self.loops = LoopWatch(map_)
@@ -59,9 +59,9 @@ class RunSamples:
         self.allowance = 0.0
 
     def take(self, t: float) -> bool:
-        """`evaluate` the present state and `keep` it."""
+        """`evaluate` the present state and `keep` it; one whose accelerations are not finite is left out."""
         self.evaluate()
-        return self.keep(t)
+        return finite(self._motion[2]) and self.keep(t)
 
     def evaluate(self, leads: bool = False) -> None:
         """Evaluate the present state; leads: the next step goes on from there."""
@@ -71,13 +71,9 @@ class RunSamples:
         driver.sampling = False
 
     def keep(self, t: float) -> bool:
-        """Record the state that was evaluated; one that is not finite is left out. True: end the run here, a loop has
-        opened, or the assembly mode, which is looked at once in WATCHED samples, is not the one to keep: `cut` says where."""
-        data, (qpos, qvel, qacc) = self.data, self._motion
-        if not finite(qacc):
-            if not self.t:
-                raise MechlabError(f"{self.map.mechanism.name}: MuJoCo's accelerations at t = 0 are not finite.")
-            return False
+        """Record the state that was evaluated. True: end the run here, a loop has opened, or the assembly mode, which is looked at
+        once in WATCHED samples, is not the one to keep: `cut` says where."""
+        data, (qpos, qvel, _) = self.data, self._motion
         self.t.append(t)
         self._states.append((qpos.copy(), qvel.copy()))
         self.reactions.keep(data)

@@ -96,7 +96,8 @@ def to_mjcf(
 
     `settings` give timestep, integrator and the softness of the constraints (default: the preset accurate). `contacts`:
     let the shapes collide. `mesh_files`: the file of each shape that has one, relative to the MJCF file; shapes without
-    are drawn if they are boxes, cylinders or spheres. bare: without shapes, sensors and keyframe, for a model that is only stepped.
+    are drawn if they are boxes, cylinders or spheres. bare: without shapes, sensors, keyframe and
+    sliders that reach its controls, for a model that is only stepped.
     """
     s = settings or Settings()
     files = mesh_files or {}
@@ -117,7 +118,7 @@ def to_mjcf(
     write_tree(root, m, s, plan, loops.loop_ends(m, plan, size), meshes, files, size, not bare)
     drives.write_tendons(root, m, s, size)
     loops.write_equalities(root, m, plan, s)
-    controls = drives.write_actuators(root, m, size)
+    controls = drives.write_actuators(root, m, size, not bare)
     if not bare:
         drives.write_sensors(root, m)
         drives.write_home(root, m, plan, controls)

@@ -68,8 +68,9 @@ def _ends(element: ET.Element, name: str) -> None:
         add(element, "site", site=site)
 
 
-def write_actuators(root: ET.Element, m: Mechanism, size: float) -> dict[str, float]:
-    """The <actuator> section; returns for each drive the control that holds the reference pose as well as it can.
+def write_actuators(root: ET.Element, m: Mechanism, size: float, held: bool) -> dict[str, float]:
+    """The <actuator> section; returns for each drive the control that holds the reference pose as well as it can, or, unless `held`,
+    that of no force.
 
     A drive with stiffness is a position servo, force = kp (ctrl - coordinate) - kv rate, or with a target of its own
     kp (target + ctrl - coordinate) - kv rate; one without is a motor, force = ctrl, whose damping acts too, within the
@@ -79,7 +80,7 @@ def write_actuators(root: ET.Element, m: Mechanism, size: float) -> dict[str, fl
     controls: dict[str, float] = {}
     if not m.drives:
         return controls
-    forces = hold_reference_pose(m).forces
+    forces = hold_reference_pose(m).forces if held else dict.fromkeys((d.name for d in m.drives), 0.0)
     section = add(root, "actuator")
     joints = {j.name for j in m.joints}
     free = "false" if clamps(m) else None

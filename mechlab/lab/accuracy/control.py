@@ -191,8 +191,8 @@ def _neighbours(m: Mechanism, scene: Scene, result: Solution) -> list[Recording]
     each = [replace(result, motion=n.motion, t=t[some], q=n.q[some], v=n.v[some], between=None) for n in neighbours]
     if any(n.motion is not None or n.captured != 1.0 for n in neighbours) or not neighbours:
         return [motion_of(m, _captured(scene, n), x, ()) for n, x in zip(neighbours, each, strict=True)]
-    together = {name: np.concatenate([getattr(x, name) for x in each]) for name in ("t", "q", "v")}
-    made = motion_of(m, scene, replace(each[0], **together), ())
+    t, q, v = (np.concatenate([getattr(x, name) for x in each]) for name in ("t", "q", "v"))
+    made = motion_of(m, scene, replace(each[0], t=t, q=q, v=v), ())
     parts = [slice(k, k + len(some)) for k in range(0, len(made.t), len(some))]
     return [
         replace(made, t=made.t[s], q=made.q[s], v=made.v[s], channels={name: x[s] for name, x in made.channels.items()}) for s in parts
