@@ -87,7 +87,6 @@ def end_of_run(
     names: str | Sequence[str],
     note: str = "",
     engines: Sequence[str] = ("mujoco",),
-    times: Sequence[float] | None = None,
 ) -> CheckResult:
     """Compares channels at the end of a scene between engines and a closed form or own equations (`truth`).
 
@@ -97,7 +96,7 @@ def end_of_run(
     def last(run: Recording) -> Any:
         return run.channel(names)[-1] if isinstance(names, str) else [run.channel(n)[-1] for n in names]
 
-    runs = {e: engine(e).run(m, scene, replace(settings, engine=e), times) for e in engines}
+    runs = {e: engine(e).at_times(m, scene, replace(settings, engine=e), [scene.duration]) for e in engines}
     return CheckResult({e: last(r) for e, r in runs.items()}, tolerance, last(truth), note)
 
 
@@ -110,7 +109,7 @@ def driven_run(
     names = [n for n in truth.mechanism.scalar_names if n in truth.channels]
     # Softness of MuJoCo's loops, time constant 2.8 ms: (1 - d) tc^2 x acceleration stays below 1e-6 here.
     settings = Settings(timestep=7e-4, timeconst=4.0)
-    return end_of_run(m, part, truth, settings, 1e-5, names, ", ".join(names), times=[part.duration])
+    return end_of_run(m, part, truth, settings, 1e-5, names, ", ".join(names))
 
 
 def range_ends(inside: Callable[[float], bool], middle: float, reach: float, step: float = 1e-3) -> tuple[float, float]:
