@@ -7,7 +7,9 @@ S = [J; R; E] is square. One factorization of it gives the accelerations and the
 
     N^T (M (a + N_e y) + h) = (B N)^T f            k + e equations for the forces f (k,) and the rates' accelerations y (e,)
 
-B rows of the drives. Which rows and unit rows are taken is decided once and kept; rows left out are checked at every state.
+B rows of the drives. Which rows and unit rows are taken is decided once and kept; rows left out are checked at every state. In a run
+the loops are a little open, by the error of a step or the softness of an engine, and rows that repeat others where they are closed do so
+nearly only: as many are taken as are independent in closed poses.
 """
 
 from __future__ import annotations
@@ -21,10 +23,13 @@ from scipy.linalg.lapack import dgesv
 
 from mechlab.experiment.laws.protocol import Plant
 from mechlab.mechanism.batch_dynamics import ManyEquations
-from mechlab.mechanism.free_directions import AGREE, CONDITION, RANK, independent, pivoted
+from mechlab.mechanism.free_directions import CONDITION, RANK, independent, pivoted
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.structure import structure
 
+OPEN = 1e-4
+"""Relative residual up to which rows that were left out agree with those that were taken; open loops leave about as much as they are open."""
 FALLEN = 1e-3
 """Share of the first determinant above which no pivot is looked at."""
 TRIES = 10
@@ -39,7 +44,7 @@ class InverseDynamics:
     """
 
     def __init__(self, mechanism: Mechanism, rows: Array, drives: tuple[str, ...]) -> None:
-        self.rows = np.asarray(rows, dtype=float)
+        self.mechanism, self.rows = mechanism, np.asarray(rows, dtype=float)
         self.actuation = np.array([mechanism.row(name) for name in drives]).reshape(-1, mechanism.nv)
         self._choice: _Choice | None = None
         self._seen: _Questions | None = None
@@ -62,7 +67,7 @@ class InverseDynamics:
             if forces is not None:
                 return forces
         if self._failed <= TRIES:
-            choice = self._choice = _choose(jacobian, self.rows, self.actuation)
+            choice = self._choice = self._choose(jacobian)
             forces = None if choice is None else choice.solve(seen, jacobian, bias, accelerations)
             if forces is not None:
                 self._failed = 0
@@ -75,13 +80,29 @@ class InverseDynamics:
         jacobian = equations.rows
         choice = self._choice
         if choice is None or choice.count != jacobian.shape[1]:
-            choice = _choose(jacobian[0], self.rows, self.actuation) if len(jacobian) else None
+            choice = self._choose(jacobian[0]) if len(jacobian) else None
         if choice is None:
             return np.full((len(jacobian), len(self.actuation)), np.nan)
         try:
             return choice.solve_many(equations, accelerations)
         except np.linalg.LinAlgError:
             return np.full((len(jacobian), len(self.actuation)), np.nan)
+
+    def _choose(self, jacobian: Array) -> _Choice | None:
+        """Independent constraint rows, and unit rows for what they and the commanded rows leave free; None where there are none."""
+        if not (np.isfinite(jacobian).all() and self.rows.size):
+            return None
+        taken, clear = independent(jacobian)
+        if not clear:
+            taken, _ = independent(jacobian, structure(self.mechanism).rank)
+        stacked = np.vstack([jacobian[taken], self.rows])
+        if len(stacked) > stacked.shape[1]:
+            return None
+        triangle, order = pivoted(stacked)
+        size = np.abs(triangle.diagonal())
+        if not size.min() > RANK * size.max():
+            return None  # a command repeats another, or what the constraints fix already
+        return _Choice(len(jacobian), taken, self.rows, np.sort(order[len(stacked) :]), self.actuation)
 
     def _least_squares(self, plant: Plant, jacobian: Array, bias: Array, accelerations: Array) -> Array:
         count = len(self.actuation)
@@ -175,7 +196,7 @@ class _Choice:
             gap = at.rows[:, self.left] @ solution
             gap[..., 0] -= at.needed[:, self.left]
             size = 1.0 + np.abs(solution).max(axis=1)
-            good &= (np.abs(gap).max(axis=1) <= AGREE * size).all(axis=1)
+            good &= (np.abs(gap).max(axis=1) <= OPEN * size).all(axis=1)
         forces[~good] = np.nan
         return np.asarray(forces)
 
@@ -195,23 +216,7 @@ class _Choice:
         gap = rows.dot(solution)
         gap[:, 0] += bias
         each = gap.ravel()
-        if each.dot(each) <= AGREE**2:  # mostly the sum of squares tells
+        if each.dot(each) <= OPEN**2:  # mostly the sum of squares tells
             return True
         size = 1.0 + np.abs(solution).max(axis=0)
-        return bool((np.abs(gap).max(axis=0) <= AGREE * size).all())
-
-
-def _choose(jacobian: Array, rows: Array, actuation: Array) -> _Choice | None:
-    """Independent constraint rows, and unit rows for what they and the commanded rows leave free; None where there are none."""
-    if not (np.isfinite(jacobian).all() and rows.size):
-        return None
-    taken, _ = independent(jacobian)
-    stacked = np.vstack([jacobian[taken], rows])
-    if len(stacked) > stacked.shape[1]:
-        return None
-    triangle, order = pivoted(stacked)
-    size = np.abs(triangle.diagonal())
-    if not size.min() > RANK * size.max():
-        return None  # a command repeats another, or what the constraints fix already
-    free = np.sort(order[len(stacked) :])
-    return _Choice(len(jacobian), taken, rows, free, actuation)
+        return bool((np.abs(gap).max(axis=0) <= OPEN * size).all())
