@@ -38,7 +38,8 @@ TRIES = 10
 
 class InverseDynamics:
     """Solves M a + h = B^T f + J^T r, J a + b = 0, R a = commands for f, for many states of one mechanism.
-    A plant may have `constraint_rows()`, J and b at once, and `mass_times(x)`, M x (nv,) as a new array: then these are called.
+    A plant may have `constraint_rows()`, J and b at once, and `mass_times(x)`, M x (nv,) as a new array: then these are called. It may
+    have `unreduced` equations with further rates behind those of the Mechanism, and rows that bind these: then they are solved.
 
     rows (k, nv): R; drives: names of the k joints or shafts of B. Uncommanded freedoms follow their own dynamics.
     """
@@ -73,7 +74,7 @@ class InverseDynamics:
                 self._failed = 0
                 return forces
             self._choice, self._failed = None, self._failed + 1
-        return self._least_squares(plant, jacobian, bias, accelerations)
+        return self._least_squares(seen, jacobian, bias, accelerations)
 
     def many(self, equations: ManyEquations, accelerations: Array) -> Array:
         """(P, k) forces that give `rows @ a = accelerations` (P, k) at P states at once; NaN where the state is to be solved by itself."""
@@ -93,27 +94,34 @@ class InverseDynamics:
         if not (np.isfinite(jacobian).all() and self.rows.size):
             return None
         taken, clear = independent(jacobian)
+        commanded, actuation = self._widened(jacobian)
         if not clear:
-            taken, _ = independent(jacobian, structure(self.mechanism).rank)
-        stacked = np.vstack([jacobian[taken], self.rows])
+            taken, _ = independent(jacobian, structure(self.mechanism).rank + jacobian.shape[1] - self.mechanism.nv)
+        stacked = np.vstack([jacobian[taken], commanded])
         if len(stacked) > stacked.shape[1]:
             return None
         triangle, order = pivoted(stacked)
         size = np.abs(triangle.diagonal())
         if not size.min() > RANK * size.max():
             return None  # a command repeats another, or what the constraints fix already
-        return _Choice(len(jacobian), taken, self.rows, np.sort(order[len(stacked) :]), self.actuation)
+        return _Choice(len(jacobian), taken, commanded, np.sort(order[len(stacked) :]), actuation)
 
-    def _least_squares(self, plant: Plant, jacobian: Array, bias: Array, accelerations: Array) -> Array:
+    def _widened(self, jacobian: Array) -> tuple[Array, Array]:
+        """R and B for all rates of the constraint rows: they do not act on further ones."""
+        more = jacobian.shape[1] - self.mechanism.nv
+        return np.pad(self.rows, ((0, 0), (0, more))), np.pad(self.actuation, ((0, 0), (0, more)))
+
+    def _least_squares(self, plant: _Questions, jacobian: Array, bias: Array, accelerations: Array) -> Array:
         count = len(self.actuation)
         if not (np.isfinite(accelerations).all() and np.isfinite(jacobian).all() and np.isfinite(bias).all()):
             return np.full(count, np.nan)
-        stacked, right = np.vstack([jacobian, self.rows]), np.concatenate([-bias, accelerations])
+        commanded, actuation = self._widened(jacobian)
+        stacked, right = np.vstack([jacobian, commanded]), np.concatenate([-bias, accelerations])
         a = np.linalg.lstsq(stacked, right, rcond=1e-11)[0]
-        needed = plant.mass_matrix() @ a + plant.bias()
+        needed = plant.mass_times(a) + plant.bias()
         if not np.isfinite(needed).all():
             return np.full(count, np.nan)
-        solution = np.linalg.lstsq(np.vstack([self.actuation, jacobian]).T, needed, rcond=1e-11)[0]
+        solution = np.linalg.lstsq(np.vstack([actuation, jacobian]).T, needed, rcond=1e-11)[0]
         return np.asarray(solution[:count])
 
 
@@ -121,9 +129,10 @@ class _Questions:
     """What a plant answers: J and b, M x, h."""
 
     def __init__(self, plant: Plant) -> None:
-        self.plant, self.bias = plant, plant.bias
-        self.rows: Callable[[], tuple[Array, Array]] = getattr(plant, "constraint_rows", None) or self._rows
-        self.mass_times: Callable[[Array], Array] = getattr(plant, "mass_times", None) or self._mass_times
+        self.plant, equations = plant, getattr(plant, "unreduced", None) or plant
+        self.bias: Callable[[], Array] = equations.bias
+        self.rows: Callable[[], tuple[Array, Array]] = getattr(equations, "constraint_rows", None) or self._rows
+        self.mass_times: Callable[[Array], Array] = getattr(equations, "mass_times", None) or self._mass_times
 
     def _rows(self) -> tuple[Array, Array]:
         return self.plant.jacobian(), self.plant.constraint_bias()
