@@ -25,6 +25,7 @@ from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError, NoSolution, unknown
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.newton import Status
 
 M = TypeVar("M")
 Path = Mapping[str, tuple[float, float]]
@@ -128,6 +129,7 @@ class EngineMotion(Mapping[str, Array]):
         given = {n: a + (b - a) * s for n, (a, b) in self.path.items()}
         found = closer(given)
         if not found.closed:
+            assert isinstance(found.status, Status)  # of one pose
             where = ", ".join(f"{n} = {x:.6g}" for n, x in given.items())
             raise NoSolution(f"{self.m.name}: {self.engine.name}: {found.status.value}, at {where}.")
         return found.q

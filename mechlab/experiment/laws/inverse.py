@@ -29,7 +29,7 @@ from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.structure import structure
 
 OPEN = 1e-4
-"""Relative residual up to which rows that were left out agree with those that were taken; open loops leave about as much as they are open."""
+"""Relative residual up to which rows that were left out agree with those that were taken; about as much as loops are open is left."""
 FALLEN = 1e-3
 """Share of the first determinant above which no pivot is looked at."""
 TRIES = 10
