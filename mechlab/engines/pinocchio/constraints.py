@@ -81,6 +81,7 @@ class PinConstraints:
         k = self.loop_of_row
         self._sides = np.concatenate([kin.support[self._a], kin.support[self._b]])
         self._picked = _picked([r for _, r in rows], k, len(m.loops))
+        self._ends = self._picked[:3].ravel()
         moved = np.ones(len(rows))
         moved[self.angle] = 0.0
         self._moved = moved[:, None]
@@ -185,12 +186,12 @@ class PinConstraints:
         moved[0] = frames
         np.matmul(turns, frames, out=moved[1])
         np.add(changes @ frames, turns @ moved[1], out=moved[2])
-        parts: Array = moved.reshape(3, -1).take(self._picked[:3].ravel(), axis=1).reshape(3, 3, own, 3)
+        parts: Array = moved.reshape(3, -1).take(self._ends, axis=1).reshape(3, 3, 3 * own)
         d = parts[:, 1] - parts[:, 2]
         # r = u . d, so that r'' = u . d'' + 2 u' . d' + u'' . d
-        _TWICE.dot(np.add.reduce(parts[::-1, 0] * d, axis=2), out=out[:own])
+        np.add.reduce(_TWICE.dot(parts[::-1, 0] * d).reshape(own, 3), axis=1, out=out[:own])
         if len(self.length):
-            d, dd, ddd = d[:, self.length]
+            d, dd, ddd = d.reshape(3, own, 3)[:, self.length]
             out[self.length] = (dd * dd + d * ddd).sum(axis=1) / self._lengths
         return out
 
