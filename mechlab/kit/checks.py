@@ -10,7 +10,7 @@ import numpy as np
 
 from mechlab.engines.protocol import engine
 from mechlab.experiment.entry import Check, CheckResult
-from mechlab.experiment.question import Question
+from mechlab.experiment.question import Question, answers_at
 from mechlab.experiment.recording import Recording, basic_channels
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.kit import mass_check
@@ -21,17 +21,17 @@ from mechlab.mechanism.geometry import Array
 def by_witnesses(
     p: Any, question: Question, given: Iterable[Mapping[str, Any]], tolerance: float, note: str, turned: bool = True
 ) -> CheckResult:
-    """Compares all answers of a question between its witnesses, for each set of given quantities.
+    """Compares all answers of a question between its witnesses, for each set of given quantities, of the same names.
 
     turned: angles are compared by cosine and sine, that is modulo 2 pi; else as they are.
     """
     angles = question.angles if turned else ()
-    rows: dict[str, list[list[Any]]] = {witness: [] for witness in question.witnesses}
-    for asked in given:
-        for witness, ask in question.witnesses.items():
-            values = ask(p, asked).values
-            plain = [values[a] for a in question.answers if a not in angles]
-            rows[witness].append([*plain, *(g(values[a]) for a in angles for g in (np.cos, np.sin))])
+    plain, each = [a for a in question.answers if a not in angles], list(given)
+    together = {k: np.array([x[k] for x in each]) for k in each[0]}
+    rows: dict[str, list[list[Any]]] = {}
+    for witness, ask in question.witnesses.items():
+        found = [x.values for x in answers_at(ask, p, together, len(each))]
+        rows[witness] = [[*(x[a] for a in plain), *(g(x[a]) for a in angles for g in (np.cos, np.sin))] for x in found]
     return CheckResult(rows, tolerance, note=note)
 
 
