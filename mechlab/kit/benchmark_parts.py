@@ -111,7 +111,8 @@ class Benchmark:
         scene = replace(scene, duration=self.share * scene.duration)
         h = scene.duration / self.steps
         m = self.build(p, "full")
-        runs = {name: engine(name).run(m, scene, Settings(engine=name, timestep=h)) for name in ("mujoco", "pinocchio")}
+        settings = {name: Settings(engine=name, timestep=h) for name in ("mujoco", "pinocchio")}
+        runs = {name: engine(name).at_times(m, scene, s, [scene.duration]) for name, s in settings.items()}
         ends = {n: [float(f(p, r)[-1]) for _, f in self.channels.values()] for n, r in runs.items()}
         truth = self.reference(p, scene)
         expected = [float(f(p, truth)[-1]) for _, f in self.channels.values()]

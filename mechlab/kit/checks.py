@@ -10,7 +10,7 @@ import numpy as np
 
 from mechlab.engines.protocol import engine
 from mechlab.experiment.entry import Check, CheckResult
-from mechlab.experiment.question import Question
+from mechlab.experiment.question import Question, answers_at
 from mechlab.experiment.recording import Recording, basic_channels
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.kit import mass_check
@@ -21,17 +21,17 @@ from mechlab.mechanism.geometry import Array
 def by_witnesses(
     p: Any, question: Question, given: Iterable[Mapping[str, Any]], tolerance: float, note: str, turned: bool = True
 ) -> CheckResult:
-    """Compares all answers of a question between its witnesses, for each set of given quantities.
+    """Compares all answers of a question between its witnesses, for each set of given quantities, of the same names.
 
     turned: angles are compared by cosine and sine, that is modulo 2 pi; else as they are.
     """
     angles = question.angles if turned else ()
-    rows: dict[str, list[list[Any]]] = {witness: [] for witness in question.witnesses}
-    for asked in given:
-        for witness, ask in question.witnesses.items():
-            values = ask(p, asked).values
-            plain = [values[a] for a in question.answers if a not in angles]
-            rows[witness].append([*plain, *(g(values[a]) for a in angles for g in (np.cos, np.sin))])
+    plain, each = [a for a in question.answers if a not in angles], list(given)
+    together = {k: np.array([x[k] for x in each]) for k in each[0]}
+    rows: dict[str, list[list[Any]]] = {}
+    for witness, ask in question.witnesses.items():
+        found = [x.values for x in answers_at(ask, p, together, len(each))]
+        rows[witness] = [[*(x[a] for a in plain), *(g(x[a]) for a in angles for g in (np.cos, np.sin))] for x in found]
     return CheckResult(rows, tolerance, note=note)
 
 
@@ -87,7 +87,6 @@ def end_of_run(
     names: str | Sequence[str],
     note: str = "",
     engines: Sequence[str] = ("mujoco",),
-    times: Sequence[float] | None = None,
 ) -> CheckResult:
     """Compares channels at the end of a scene between engines and a closed form or own equations (`truth`).
 
@@ -97,7 +96,7 @@ def end_of_run(
     def last(run: Recording) -> Any:
         return run.channel(names)[-1] if isinstance(names, str) else [run.channel(n)[-1] for n in names]
 
-    runs = {e: engine(e).run(m, scene, replace(settings, engine=e), times) for e in engines}
+    runs = {e: engine(e).at_times(m, scene, replace(settings, engine=e), [scene.duration]) for e in engines}
     return CheckResult({e: last(r) for e, r in runs.items()}, tolerance, last(truth), note)
 
 
@@ -110,7 +109,7 @@ def driven_run(
     names = [n for n in truth.mechanism.scalar_names if n in truth.channels]
     # Softness of MuJoCo's loops, time constant 2.8 ms: (1 - d) tc^2 x acceleration stays below 1e-6 here.
     settings = Settings(timestep=7e-4, timeconst=4.0)
-    return end_of_run(m, part, truth, settings, 1e-5, names, ", ".join(names), times=[part.duration])
+    return end_of_run(m, part, truth, settings, 1e-5, names, ", ".join(names))
 
 
 def range_ends(inside: Callable[[float], bool], middle: float, reach: float, step: float = 1e-3) -> tuple[float, float]:

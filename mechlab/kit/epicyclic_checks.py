@@ -51,8 +51,12 @@ def reduced_masses(models: Mapping[str, Mechanism], names: Sequence[str]) -> dic
 def final_rates(p: Any, motion: ConstantTorques, member: str) -> dict[str, float]:
     """Rate of a member at the end of the scene [rad/s]: MuJoCo in every fidelity, Pinocchio in the richest."""
     runs = [("mujoco", f) for f in FIDELITIES] + [("pinocchio", "full")]
-    measured = {f"{e} {f}": engine(e).run(motion.build(p, f), motion.scene(p, f), Settings(engine=e)) for e, f in runs}
-    return {k: float(recording.channel(f"{member}_rate")[-1]) for k, recording in measured.items()}
+    measured = {}
+    for e, f in runs:
+        scene = motion.scene(p, f)
+        end = engine(e).at_times(motion.build(p, f), scene, Settings(engine=e), [scene.duration])
+        measured[f"{e} {f}"] = float(end.channel(f"{member}_rate")[-1])
+    return measured
 
 
 def distance(mechanism: Mechanism, one: str, other: str) -> float:

@@ -19,10 +19,13 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
+from mechlab.engines.closer import Closer
+from mechlab.engines.motions import Motions
 from mechlab.engines.protocol import engine
 from mechlab.errors import MechlabError, NoSolution, unknown
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.newton import Status
 
 M = TypeVar("M")
 Path = Mapping[str, tuple[float, float]]
@@ -106,25 +109,27 @@ class EngineMotion(Mapping[str, Array]):
     @cached_property
     def q(self) -> Array:
         """(n, nq) closed coordinates."""
-        poses = [self._closed(0.0, None)]
-        for s, t in zip(self.places[:-1], self.places[1:], strict=True):
-            poses.append(self._on(poses[-1], float(s), float(t), HALVINGS))
-        return np.array(poses)
+        closer = Closer(self.m, tuple(self.path), self.engine.name)
+        first, places = self._closed(closer, 0.0), self.places.tolist()
+        return np.array([first, *(self._on(closer, s, t, HALVINGS) for s, t in zip(places[:-1], places[1:], strict=True))])
 
-    def _on(self, q: Array, s: float, t: float, halvings: int) -> Array:
+    def _on(self, closer: Closer, s: float, t: float, halvings: int) -> Array:
         """The pose at t from the one at s, through the middle where the way is too far for the solver to keep its mode."""
         try:
-            return self._closed(t, q)
+            return self._closed(closer, t)
         except NoSolution:
             if not halvings:
                 raise
         middle = 0.5 * (s + t)
-        return self._on(self._on(q, s, middle, halvings - 1), middle, t, halvings - 1)
+        self._on(closer, s, middle, halvings - 1)
+        return self._on(closer, middle, t, halvings - 1)
 
-    def _closed(self, s: float, start: Array | None) -> Array:
+    def _closed(self, closer: Closer, s: float) -> Array:
+        """The pose at s, from the one where the closer stands."""
         given = {n: a + (b - a) * s for n, (a, b) in self.path.items()}
-        found = self.engine.assemble(self.m, given, start=start)
+        found = closer(given)
         if not found.closed:
+            assert isinstance(found.status, Status)  # of one pose
             where = ", ".join(f"{n} = {x:.6g}" for n, x in given.items())
             raise NoSolution(f"{self.m.name}: {self.engine.name}: {found.status.value}, at {where}.")
         return found.q
@@ -132,14 +137,34 @@ class EngineMotion(Mapping[str, Array]):
     @cached_property
     def v(self) -> Array:
         """(n, nv) rates."""
-        speeds = {n: b - a for n, (a, b) in self.path.items()}
-        return np.array([self.engine.rates(self.m, q, speeds) for q in self.q])
+        return self._moving.v if self._moving.solved.all() else self._one_by_one(self._speeds)
 
     @cached_property
     def a(self) -> Array:
         """(n, nv) accelerations; those of the drives are 0."""
+        if self._moving.solved.all():
+            return self._moving.a
         still = dict.fromkeys(self.path, 0.0)
         return np.array([self.engine.accelerations_of(self.m, q, v, still) for q, v in zip(self.q, self.v, strict=True)])
+
+    @cached_property
+    def _moving(self) -> Motions:
+        """Rates, accelerations and the motion of all frames at all places."""
+        frames = [f.name for f in self.m.frames]
+        return self.engine.motions(self.m).at(self.q, self._speeds, dict.fromkeys(self.path, 0.0), frames)
+
+    @property
+    def _speeds(self) -> dict[str, float]:
+        return {n: b - a for n, (a, b) in self.path.items()}
+
+    def _rates(self, given: Mapping[str, float]) -> Array:
+        """(n, nv) rates with the given ones."""
+        found = self.engine.motions(self.m).at(self.q, given, {})
+        return found.v if found.solved.all() else self._one_by_one(given)
+
+    def _one_by_one(self, given: Mapping[str, float]) -> Array:
+        """The same by the function of one pose, which says where they contradict the closure."""
+        return np.array([self.engine.rates(self.m, q, given) for q in self.q])
 
     def force(self, drive: str, moving: bool) -> Array:
         """(n,) force of a drive, by its power: h . v1 for the rates v1 of a unit rate of the drive, the others held; h the bias forces at
@@ -150,7 +175,7 @@ class EngineMotion(Mapping[str, Array]):
         if moving not in self._bias:
             states = zip(self.q, self.v, strict=True)
             self._bias[moving] = np.array([self.engine.state(self.m, q, v if moving else None).bias for q, v in states])
-        return np.array([h @ self.engine.rates(self.m, q, alone) for h, q in zip(self._bias[moving], self.q, strict=True)])
+        return np.asarray((self._bias[moving] * self._rates(alone)).sum(axis=1))
 
     def __getitem__(self, key: str) -> Array:
         if key not in self._found:  # also asked by `in`
@@ -172,8 +197,12 @@ class EngineMotion(Mapping[str, Array]):
         if letter not in ("x", "y", "z") or frame not in {f.name for f in m.frames}:
             raise unknown(f"{m.name}: quantity", key, self)
         if frame not in self._frames:
-            found = [self.engine.frame_motion(m, frame, q, v) for q, v in zip(self.q, self.v, strict=True)]
-            self._frames[frame] = np.array([f[0][:3, 3] for f in found]), np.array([f[1][:3] for f in found])
+            if self._moving.solved.all():
+                pose, velocity, _ = self._moving.frames[frame]
+                self._frames[frame] = pose[:, :3, 3], velocity[:, :3]
+            else:
+                found = [self.engine.frame_motion(m, frame, q, v) for q, v in zip(self.q, self.v, strict=True)]
+                self._frames[frame] = np.array([f[0][:3, 3] for f in found]), np.array([f[1][:3] for f in found])
         return self._frames[frame][key != name][:, "xyz".index(letter)]
 
     def __iter__(self) -> Iterator[str]:

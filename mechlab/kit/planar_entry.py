@@ -219,16 +219,18 @@ class Planar:
         return compare_planar(self.build(p, "minimal"), self.linkage(p), positions, self.style(p))
 
     def _check_pose(self, p: Any) -> CheckResult:
-        start, sample = self.start(p), list[dict[str, Any]]()
+        start, given = self.start(p), list[dict[str, Any]]()
         for k in range(5):
-            given: dict[str, Any] = {}
+            given.append({})
             for i, c in enumerate(self.cranks):
-                given |= {f"{c}_angle": start[c] + 0.11 * k * (-1) ** i, f"{c}_rate": 1.3, f"{c}_accel": -0.7}
-            found = self._analytic(p, given)
-            if found.status is Status.SOLVED:
-                sample.append(given)
-            elif not k:  # later ones may lie beyond a limit
-                raise NoSolution(f"{self.name}: it does not assemble at the start: {'; '.join(found.notes)}")
+                given[k] |= {f"{c}_angle": start[c] + 0.11 * k * (-1) ** i, f"{c}_rate": 1.3, f"{c}_accel": -0.7}
+        motion = self.linkage(p).solve(**self.inputs({name: np.array([x[name] for x in given]) for name in given[0]}))
+        solved = np.ones(len(given), dtype=bool)
+        for dyad in motion.dyads.values():
+            solved &= dyad.assembles & dyad.regular
+        if not solved[0]:  # later ones may lie beyond a limit
+            raise NoSolution(f"{self.name}: it does not assemble at the start: {'; '.join(self._analytic(p, given[0]).notes)}")
+        sample = [x for x, good in zip(given, solved, strict=True) if good]
         note = f"{len(sample)} poses near the start: all quantities with rates and accelerations"
         return by_witnesses(p, self.question(), sample, 1e-8, note)
 

@@ -354,7 +354,7 @@ class _Short:
         m, made = self.build(p, self.fidelity), self.scenes()["driven"].make(p, self.fidelity)
         part = replace(made, duration=0.37 * made.duration)
         settings = {"mujoco": Settings(timestep=7e-4, timeconst=4.0), "pinocchio": Settings("pinocchio", timestep=1e-3)}
-        ends = {n: engine(n).run(m, part, s, [part.duration]) for n, s in settings.items()}
+        ends = {n: engine(n).at_times(m, part, s, [part.duration]) for n, s in settings.items()}
         names = [n for n in m.scalar_names if all(n in r.channels for r in ends.values())]
         # as of driven_run: softness of MuJoCo's loops stays below 1e-6 here
         return CheckResult({n: [float(r.channels[x][-1]) for x in names] for n, r in ends.items()}, 1e-5, note=", ".join(names))

@@ -32,14 +32,15 @@ def pivoted(rows: Array) -> tuple[Array, NDArray[np.intp]]:
     return triangle, order
 
 
-def independent(rows: Array) -> tuple[NDArray[np.intp], bool]:
-    """Numbers of as many independent rows (m, n) as there are, by pivoted QR, and whether their number is beyond doubt."""
+def independent(rows: Array, most: int | None = None) -> tuple[NDArray[np.intp], bool]:
+    """Numbers of as many independent rows (m, n) as there are, or of the `most` independent ones, by pivoted QR, and whether their number
+    is beyond doubt."""
     if not len(rows):
         return np.zeros(0, dtype=np.intp), True
     triangle, order = pivoted(rows.T)
     size = np.abs(triangle.diagonal()) / max(np.abs(triangle).max(), 1e-300)
     rank = int(np.sum(size > RANK))
-    return np.sort(order[:rank]), bool(np.sum(size > CLEAR) == rank)
+    return np.sort(order[: rank if most is None else min(rank, most)]), bool(np.sum(size > CLEAR) == rank)
 
 
 @dataclass(frozen=True)

@@ -36,11 +36,23 @@ def spring_pull(kin: Kinematics, spring: Spring) -> tuple[Array, Array, Array]:
     return a, b, -tension * (b - a) / length
 
 
+def spring_row(kin: Kinematics, spring: Spring) -> tuple[float, Array]:
+    """Length [m] of a spring between two points, and (nv,) its gradient: the rate of the length is row @ v."""
+    (ra, pa), (rb, pb) = kin.pose(spring.body_a), kin.pose(spring.body_b)
+    a, b = pa + ra @ np.array(spring.point_a), pb + rb @ np.array(spring.point_b)
+    d = b - a
+    length = float(np.linalg.norm(d))
+    relative = kin.jacobian(spring.body_b, b)[:3] - kin.jacobian(spring.body_a, a)[:3]
+    if length < 1e-12:
+        return 0.0, np.zeros(relative.shape[1])
+    return length, (d / length) @ relative
+
+
 def spring_force(kin: Kinematics, spring: Spring) -> Array:
     """(nv,) generalized force of a spring between two points."""
-    a, b, force = spring_pull(kin, spring)
-    relative = kin.jacobian(spring.body_b, b)[:3] - kin.jacobian(spring.body_a, a)[:3]
-    return np.asarray(force @ relative)
+    length, row = spring_row(kin, spring)
+    tension = spring.stiffness * (length - spring.rest_length) + spring.damping * float(row @ kin.v)
+    return -tension * row
 
 
 def passive_force(tree: TreeKinematics) -> Array:

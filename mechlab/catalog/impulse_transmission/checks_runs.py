@@ -51,7 +51,8 @@ def run(scene: str, duration: float, settings: Settings, fidelity: str = "minima
 
 def end(scene: str, duration: float, settings: Settings) -> Array:
     """(4,) beta, beta', alpha', Md at the end of such a run."""
-    recording = run(scene, duration, settings)
+    made = replace(SCENES[scene].make(of_scene(scene), "minimal"), duration=duration)
+    recording = engine(settings.engine).at_times(build(of_scene(scene), "minimal"), made, settings, [duration])
     return np.array([recording.channel(n)[-1] for n in ("beta", "beta_rate", "alpha_rate", "alpha_force")])
 
 

@@ -222,7 +222,7 @@ def swing_paths(p: Parameters, witness: str, free: tuple[str, ...], times: Array
         return dict(zip(free, q.T, strict=True))
     scene = Scene("swing", "parts", float(times[-1]), (), initial, rates)
     settings = Settings(engine=witness, integrator="RK4", timestep=1e-3)
-    run = engine(witness).run(mechanism(p, free), scene, settings, times.tolist())
+    run = engine(witness).at_times(mechanism(p, free), scene, settings, times)
     return {n: np.array([run.at(n, t) for t in times]) for n in free}
 
 

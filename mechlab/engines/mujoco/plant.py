@@ -173,6 +173,16 @@ class MujocoPlant:
             self._tree_state = state
         return self._numpy[0]
 
+    def engine_rows(self) -> tuple[Array, Array]:
+        """(rows, engine nv) Jacobian and (rows,) bias of the equality constraints, in the order of the engine's rates."""
+        fast = self._engine_rows
+        return (fast and fast.rows(self.data)) or self.closure.rows(self.data)
+
+    @cached_property
+    def unreduced(self) -> Unreduced | None:
+        """The equations with connectors, where these share the mass of other bodies: see `mechlab.experiment.laws.inverse`."""
+        return Unreduced(self) if self._split else None
+
     def constraint_rows(self) -> tuple[Array, Array]:
         """`jacobian` and `constraint_bias`."""
         state = self._qpos.tobytes(), self._qvel.tobytes()
@@ -181,11 +191,34 @@ class MujocoPlant:
                 tree, constraints = self._tree(), self._numpy[1]
                 self._kept = constraints.jacobian(tree), constraints.bias(tree)
             else:
-                fast = self._engine_rows
-                jacobian, bias = (fast and fast.rows(self.data)) or self.closure.rows(self.data)
+                jacobian, bias = self.engine_rows()
                 self._kept = jacobian if self._in_order else jacobian[:, self.map.dof], bias
             self._rows_state = state
         return self._kept
+
+
+class Unreduced:
+    """Rows, masses and forces of a MujocoPlant in all rates of the engine: those of the Mechanism first, then those of connectors."""
+
+    def __init__(self, plant: MujocoPlant) -> None:
+        self._plant, self._data = plant, plant.data
+        self._order = np.concatenate([plant.map.dof, plant.map.other_dof])
+        self._all, self._moved = np.zeros(plant.model.nv), np.zeros(plant.model.nv)
+
+    def constraint_rows(self) -> tuple[Array, Array]:
+        """(rows, engine nv) Jacobian and (rows,) dJ/dt v."""
+        jacobian, bias = self._plant.engine_rows()
+        return jacobian[:, self._order], bias
+
+    def mass_times(self, x: Array) -> Array:
+        """(engine nv,) M x."""
+        self._all[self._order] = x
+        mujoco.mj_mulM(self._plant.model, self._data, self._moved, self._all)
+        return self._moved[self._order]
+
+    def bias(self) -> Array:
+        """(engine nv,) h of M a + h = applied + J^T reactions."""
+        return np.asarray((self._data.qfrc_bias - self._data.qfrc_passive)[self._order])
 
 
 class StateOfMujoco(MujocoPlant):

@@ -4,7 +4,7 @@ Every row between bodies a and b is one line or one couple W (6,) in world axes:
 velocity (linear at the world's origin, angular). With the joint columns S (6, nv) and the selection N (rows, nv), +1
 where a column moves only b, -1 where it moves only a:
 
-    J = N * (W S),     dJ/dt v = W . (dV_b - dV_a) + W' . (V_b - V_a)
+    J = N * (W S),     dJ/dt v = r'' without accelerations of the joints
 
     offset row  u . (p_b - p_a):   W = (u, p_b x u)         angle row  u . w:   W = (0, w x u)
 
@@ -28,6 +28,7 @@ _MATRIX = np.zeros((6, 16))
 _MATRIX[[0, 1, 2], [3, 7, 11]] = 1.0
 _MATRIX[[3, 4, 5], [9, 2, 4]] = 1.0
 _MATRIX[[3, 4, 5], [6, 8, 1]] = -1.0
+_TWICE = np.array([1.0, 2.0, 1.0])
 
 
 class PinConstraints:
@@ -80,6 +81,7 @@ class PinConstraints:
         k = self.loop_of_row
         self._sides = np.concatenate([kin.support[self._a], kin.support[self._b]])
         self._picked = _picked([r for _, r in rows], k, len(m.loops))
+        self._ends = self._picked[:3].ravel()
         moved = np.ones(len(rows))
         moved[self.angle] = 0.0
         self._moved = moved[:, None]
@@ -95,8 +97,8 @@ class PinConstraints:
     def _frames(self) -> Array:
         """(2 loops, 4, 4) frames a of all loops, then frames b."""
         placed = self.kin.placed().oMi
-        poses = np.array([placed[j].homogeneous for j in self._joints]).reshape(-1, 4, 4)
-        return np.asarray(poses[self._place] @ self._fixed)
+        poses = np.concatenate([placed[j].homogeneous for j in self._joints]).reshape(-1, 4, 4)
+        return np.asarray(poses.take(self._place, axis=0) @ self._fixed)
 
     def evaluate(self) -> tuple[Array, Array, Array]:
         """(rows,) residual, (rows, nv) Jacobian, (rows, 6) lines of the loop rows, from one look at the poses."""
@@ -176,24 +178,21 @@ class PinConstraints:
             out[row] = -curve.at(zero + float(kin.q[a]))[2] * float(kin.v[column]) ** 2
         if not len(self.loop_of_row):
             return out
-        _, lines, parts, frames = self._look()
-        n, loops = len(lines), len(self.loops)
-        twists = self._sides.dot((kin.spatial * kin.v).T)
-        relative = self.selection.dot((kin.spatial_rate * kin.v).T)
-        # a frame F moves by F' = W F, W the twist of its body as a matrix
-        rates: Array = np.take(twists.dot(_MATRIX).reshape(-1, 4, 4) @ frames, self._picked)
-        u, held, _, u1, u2, held1, held2 = parts
-        du, d_held, d_start, du1, du2, d_held1, d_held2 = rates
-        line_rates = np.empty_like(lines)
-        np.multiply(du, self._moved, line_rates[:, :3])
-        line_rates[:, 3:] = d_held1 * u2 + held1 * du2 - d_held2 * u1 - held2 * du1
+        own, frames, loops = len(self.loop_of_row), self._look()[3], len(self._sides)
+        # a frame F moves by F' = W F, F'' = W' F + W F', W the twist of its body as a matrix
+        turns = self._sides.dot((kin.spatial * kin.v).T).dot(_MATRIX).reshape(loops, 4, 4)
+        changes = self._sides.dot((kin.spatial_rate * kin.v).T).dot(_MATRIX).reshape(loops, 4, 4)
+        moved = np.empty((3, *frames.shape))
+        moved[0] = frames
+        np.matmul(turns, frames, out=moved[1])
+        np.add(changes @ frames, turns @ moved[1], out=moved[2])
+        parts: Array = moved.reshape(3, -1).take(self._ends, axis=1).reshape(3, 3, 3 * own)
+        d = parts[:, 1] - parts[:, 2]
+        # r = u . d, so that r'' = u . d'' + 2 u' . d' + u'' . d
+        np.add.reduce(_TWICE.dot(parts[::-1, 0] * d).reshape(own, 3), axis=1, out=out[:own])
         if len(self.length):
-            i = self.length
-            du = (d_held[i] - d_start[i]) / self._lengths[:, None]
-            line_rates[i, :3] = du
-            line_rates[i, 3:] = _cross(d_held[i], u[i]) + _cross(held[i], du)
-        moving = (twists[loops:] - twists[:loops]).take(self.loop_of_row, axis=0)
-        np.add.reduce(lines * relative + line_rates * moving, axis=1, out=out[:n])
+            d, dd, ddd = d.reshape(3, own, 3)[:, self.length]
+            out[self.length] = (dd * dd + d * ddd).sum(axis=1) / self._lengths
         return out
 
 

@@ -22,10 +22,10 @@ from mechlab.errors import Untrustworthy
 from mechlab.experiment.tree_plant import MassShare
 from mechlab.mechanism.constraints import ConstraintSet
 from mechlab.mechanism.geometry import Array
-from mechlab.mechanism.kinematics import Kinematics, TreeKinematics, integrate
+from mechlab.mechanism.kinematics import TreeKinematics, integrate
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Joint, Shaft
-from mechlab.mechanism.statics import DryFriction, spring_force, spring_stretch
+from mechlab.mechanism.statics import DryFriction, spring_row
 from mechlab.mechanism.structure import rank, structure
 
 FEW_ROWS = 300
@@ -54,25 +54,31 @@ class Passive:
         self.columns = m.q_columns
         self.springs = m.springs
         self.friction = DryFriction.of(m)
+        self._pose, self._rows = -1, list[tuple[float, Array]]()
 
-    def force(self, kin: Kinematics, v: Array) -> Array:
+    def force(self, kin: PinKinematics, v: Array) -> Array:
         """(nv,) f of M a + c + f = applied: damping and stiffness of joints and shafts, springs; without dry
         friction."""
         out = self.damping @ v if self.damped else np.zeros(len(v))
         if len(self.stiffness):
             stretch = self.elastic_rows @ kin.q[self.columns] - self.unstretched
             out += self.elastic_rows.T @ (self.stiffness * stretch)
-        for spring in self.springs:
-            out -= spring_force(kin, spring)
+        for spring, (length, row) in zip(self.springs, self._stretched(kin), strict=True):
+            out += (spring.stiffness * (length - spring.rest_length) + spring.damping * float(row @ v)) * row
         return np.asarray(out)
 
-    def loss(self, kin: Kinematics, v: Array) -> float:
+    def loss(self, kin: PinKinematics, v: Array) -> float:
         """Power [W] lost in dampers, without dry friction."""
         power = float(v @ self.damping @ v) if self.damped else 0.0
-        for spring in self.springs:
-            if spring.damping:
-                power += spring.damping * spring_stretch(kin, spring)[3] ** 2
+        for spring, (_, row) in zip(self.springs, self._stretched(kin), strict=True):
+            power += spring.damping * float(row @ v) ** 2
         return power
+
+    def _stretched(self, kin: PinKinematics) -> list[tuple[float, Array]]:
+        """Length and gradient of each spring, once for each pose."""
+        if self.springs and self._pose != kin.pose_count:
+            self._pose, self._rows = kin.pose_count, [spring_row(kin, s) for s in self.springs]
+        return self._rows
 
 
 class PinPlant:

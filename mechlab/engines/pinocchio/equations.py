@@ -130,9 +130,7 @@ class Equations:
             force, a, reactions = (forward or self.forward)(force)
         except (MechlabError, np.linalg.LinAlgError, OverflowError, ZeroDivisionError) as problem:
             raise BlowUp(t, str(problem)) from problem
-        with np.errstate(over="ignore"):
-            finite = math.isfinite(a.dot(a)) or np.isfinite(a).all()
-        if not finite:
+        if not all(map(math.isfinite, a.tolist())):
             for name, f in zip(self.applied.targets, forces.tolist(), strict=True):
                 if not math.isfinite(f):  # of a law, not of a state that has run away: `move` has looked
                     raise MechlabError(f"{self.mechanism.name}: the laws give {name!r} the force {f} at t = {t:.6g} s.")

@@ -27,14 +27,14 @@ RANK = 1e-10
 class Factors:
     """Factors of one state: solve as often as needed with `accelerations` and `correction`.
 
-    root (nv, nv) L^-1 of M = L L^T (explicit: at these sizes many times faster than solving); y = L^-1 J^T; `rank` of
-    the constraint rows; pseudo (rows, rows): inverse of D where the fast path was not possible; null (rows, k):
-    combinations of reactions that do nothing.
+    root (nv, nv) L^-1 of M = L L^T (explicit: at these sizes many times faster than solving); y = L^-1 J^T; small: the
+    Cholesky factor of D, with 1 for `void` rows, which are zero; `rank` of the constraint rows; pseudo (rows, rows): inverse of D
+    where the fast path was not possible; null (rows, k): combinations of reactions that do nothing.
     """
 
     root: Array
     y: Array
-    scale: Array
+    void: Array | None
     small: Array | None
     pseudo: Array | None
     null: Array | None
@@ -45,7 +45,10 @@ class Factors:
         if not len(right):
             return np.zeros(0)
         if self.small is not None:
-            return np.asarray(lapack().dpotrs(self.small, right / self.scale, lower=1)[0] / self.scale)
+            if self.void is not None:
+                right = np.where(self.void, 0.0, right)
+            out: Array = lapack().dpotrs(self.small, right, lower=1)[0]
+            return out
         assert self.pseudo is not None and self.null is not None
         out = self.pseudo @ right
         return np.asarray(out - self.null @ (self.null.T @ out))
@@ -71,33 +74,33 @@ def factor(mass: Array, jacobian: Array, most: int | None = None) -> Factors | N
     root = lapack().dtrtri(chol, lower=1)[0]
     rows = len(jacobian)
     if not rows:
-        return Factors(root, np.zeros((len(mass), 0)), np.zeros(0), None, None, None, 0)
+        return Factors(root, np.zeros((len(mass), 0)), None, None, None, None, 0)
     y = root.dot(jacobian.T)
     delassus = y.T.dot(y)
     size = np.sqrt(delassus.diagonal())
     sizes = size.tolist()
     least = 1e-12 * max(sizes)
-    empty = min(sizes) <= least
-    scale = np.where(size <= least, np.inf, size) if empty else size
-    # A void row gets the size infinity: zeros in the scaled matrix, and a reaction of zero.
+    void = size <= least if min(sizes) <= least else None
+    if void is not None:
+        delassus[void], delassus[:, void] = 0.0, 0.0
+    if most is None:
+        if void is not None:
+            delassus[void, void] = 1.0
+        small, info = lapack().dpotrf(delassus, lower=1)
+        # the pivots of rows of size 1
+        if info == 0 and all(p > PIVOT * s for p, s in zip(small.diagonal().tolist(), sizes, strict=True)):
+            return Factors(root, y, void, small, None, None, rows if void is None else rows - int(void.sum()))
+    scale = size if most is None else np.maximum(size, SMALL * size.max())
+    if void is not None:
+        scale, delassus[void, void] = np.where(void, 1.0, scale), 0.0
     scaled = delassus / (scale[:, None] * scale)
-    scaled.ravel()[:: rows + 1] = 1.0
-    small, info = lapack().dpotrf(scaled, lower=1)
-    if most is None and info == 0 and min(small.diagonal().tolist()) > PIVOT:
-        return Factors(root, y, scale, small, None, None, rows - int(np.isinf(scale).sum()) if empty else rows)
-    if most is not None:
-        scale = np.maximum(size, SMALL * size.max())
-        scaled = delassus / (scale[:, None] * scale)
-    void = np.isinf(scale)
-    scale = np.where(void, 1.0, scale)
-    scaled[void, void] = 0.0
     values, vectors = np.linalg.eigh(scaled)
     keep = values > RANK * max(values[-1], 1e-300)
     if most is not None:
         keep[: max(0, rows - most)] = False
     pseudo = (vectors[:, keep] / values[keep]) @ vectors[:, keep].T / np.outer(scale, scale)
     null = np.linalg.qr(vectors[:, ~keep] / scale[:, None])[0]
-    return Factors(root, y, scale, None, pseudo, null, int(np.count_nonzero(keep)))
+    return Factors(root, y, void, None, pseudo, null, int(np.count_nonzero(keep)))
 
 
 def dense(mass: Array, jacobian: Array, force: Array, bias: Array) -> tuple[Array, Array, float]:

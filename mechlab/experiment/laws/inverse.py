@@ -7,7 +7,9 @@ S = [J; R; E] is square. One factorization of it gives the accelerations and the
 
     N^T (M (a + N_e y) + h) = (B N)^T f            k + e equations for the forces f (k,) and the rates' accelerations y (e,)
 
-B rows of the drives. Which rows and unit rows are taken is decided once and kept; rows left out are checked at every state.
+B rows of the drives. Which rows and unit rows are taken is decided once and kept; rows left out are checked at every state. In a run
+the loops are a little open, by the error of a step or the softness of an engine, and rows that repeat others where they are closed do so
+nearly only: as many are taken as are independent in closed poses.
 """
 
 from __future__ import annotations
@@ -21,10 +23,13 @@ from scipy.linalg.lapack import dgesv
 
 from mechlab.experiment.laws.protocol import Plant
 from mechlab.mechanism.batch_dynamics import ManyEquations
-from mechlab.mechanism.free_directions import AGREE, CONDITION, RANK, independent, pivoted
+from mechlab.mechanism.free_directions import CONDITION, RANK, independent, pivoted
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.structure import structure
 
+OPEN = 1e-4
+"""Relative residual up to which rows that were left out agree with those that were taken; about as much as loops are open is left."""
 FALLEN = 1e-3
 """Share of the first determinant above which no pivot is looked at."""
 TRIES = 10
@@ -33,13 +38,14 @@ TRIES = 10
 
 class InverseDynamics:
     """Solves M a + h = B^T f + J^T r, J a + b = 0, R a = commands for f, for many states of one mechanism.
-    A plant may have `constraint_rows()`, J and b at once, and `mass_times(x)`, M x (nv,) as a new array: then these are called.
+    A plant may have `constraint_rows()`, J and b at once, and `mass_times(x)`, M x (nv,) as a new array: then these are called. It may
+    have `unreduced` equations with further rates behind those of the Mechanism, and rows that bind these: then they are solved.
 
     rows (k, nv): R; drives: names of the k joints or shafts of B. Uncommanded freedoms follow their own dynamics.
     """
 
     def __init__(self, mechanism: Mechanism, rows: Array, drives: tuple[str, ...]) -> None:
-        self.rows = np.asarray(rows, dtype=float)
+        self.mechanism, self.rows = mechanism, np.asarray(rows, dtype=float)
         self.actuation = np.array([mechanism.row(name) for name in drives]).reshape(-1, mechanism.nv)
         self._choice: _Choice | None = None
         self._seen: _Questions | None = None
@@ -62,13 +68,13 @@ class InverseDynamics:
             if forces is not None:
                 return forces
         if self._failed <= TRIES:
-            choice = self._choice = _choose(jacobian, self.rows, self.actuation)
+            choice = self._choice = self._choose(jacobian)
             forces = None if choice is None else choice.solve(seen, jacobian, bias, accelerations)
             if forces is not None:
                 self._failed = 0
                 return forces
             self._choice, self._failed = None, self._failed + 1
-        return self._least_squares(plant, jacobian, bias, accelerations)
+        return self._least_squares(seen, jacobian, bias, accelerations)
 
     def many(self, equations: ManyEquations, accelerations: Array) -> Array:
         """(P, k) forces that give `rows @ a = accelerations` (P, k) at P states at once; NaN where the state is to be solved by itself.
@@ -93,16 +99,39 @@ class InverseDynamics:
         forces[good] = (size * (inverse @ right[..., None])[:, f:, 0])[good]
         return forces
 
-    def _least_squares(self, plant: Plant, jacobian: Array, bias: Array, accelerations: Array) -> Array:
+    def _choose(self, jacobian: Array) -> _Choice | None:
+        """Independent constraint rows, and unit rows for what they and the commanded rows leave free; None where there are none."""
+        if not (np.isfinite(jacobian).all() and self.rows.size):
+            return None
+        taken, clear = independent(jacobian)
+        commanded, actuation = self._widened(jacobian)
+        if not clear:
+            taken, _ = independent(jacobian, structure(self.mechanism).rank + jacobian.shape[1] - self.mechanism.nv)
+        stacked = np.vstack([jacobian[taken], commanded])
+        if len(stacked) > stacked.shape[1]:
+            return None
+        triangle, order = pivoted(stacked)
+        size = np.abs(triangle.diagonal())
+        if not size.min() > RANK * size.max():
+            return None  # a command repeats another, or what the constraints fix already
+        return _Choice(len(jacobian), taken, commanded, np.sort(order[len(stacked) :]), actuation)
+
+    def _widened(self, jacobian: Array) -> tuple[Array, Array]:
+        """R and B for all rates of the constraint rows: they do not act on further ones."""
+        more = jacobian.shape[1] - self.mechanism.nv
+        return np.pad(self.rows, ((0, 0), (0, more))), np.pad(self.actuation, ((0, 0), (0, more)))
+
+    def _least_squares(self, plant: _Questions, jacobian: Array, bias: Array, accelerations: Array) -> Array:
         count = len(self.actuation)
         if not (np.isfinite(accelerations).all() and np.isfinite(jacobian).all() and np.isfinite(bias).all()):
             return np.full(count, np.nan)
-        stacked, right = np.vstack([jacobian, self.rows]), np.concatenate([-bias, accelerations])
+        commanded, actuation = self._widened(jacobian)
+        stacked, right = np.vstack([jacobian, commanded]), np.concatenate([-bias, accelerations])
         a = np.linalg.lstsq(stacked, right, rcond=1e-11)[0]
-        needed = plant.mass_matrix() @ a + plant.bias()
+        needed = plant.mass_times(a) + plant.bias()
         if not np.isfinite(needed).all():
             return np.full(count, np.nan)
-        solution = np.linalg.lstsq(np.vstack([self.actuation, jacobian]).T, needed, rcond=1e-11)[0]
+        solution = np.linalg.lstsq(np.vstack([actuation, jacobian]).T, needed, rcond=1e-11)[0]
         return np.asarray(solution[:count])
 
 
@@ -110,9 +139,10 @@ class _Questions:
     """What a plant answers: J and b, M x, h."""
 
     def __init__(self, plant: Plant) -> None:
-        self.plant, self.bias = plant, plant.bias
-        self.rows: Callable[[], tuple[Array, Array]] = getattr(plant, "constraint_rows", None) or self._rows
-        self.mass_times: Callable[[Array], Array] = getattr(plant, "mass_times", None) or self._mass_times
+        self.plant, equations = plant, getattr(plant, "unreduced", None) or plant
+        self.bias: Callable[[], Array] = equations.bias
+        self.rows: Callable[[], tuple[Array, Array]] = getattr(equations, "constraint_rows", None) or self._rows
+        self.mass_times: Callable[[Array], Array] = getattr(equations, "mass_times", None) or self._mass_times
 
     def _rows(self) -> tuple[Array, Array]:
         return self.plant.jacobian(), self.plant.constraint_bias()
@@ -180,23 +210,7 @@ class _Choice:
         gap = rows.dot(solution)
         gap[:, 0] += bias
         each = gap.ravel()
-        if each.dot(each) <= AGREE**2:  # mostly the sum of squares tells
+        if each.dot(each) <= OPEN**2:  # mostly the sum of squares tells
             return True
         size = 1.0 + np.abs(solution).max(axis=0)
-        return bool((np.abs(gap).max(axis=0) <= AGREE * size).all())
-
-
-def _choose(jacobian: Array, rows: Array, actuation: Array) -> _Choice | None:
-    """Independent constraint rows, and unit rows for what they and the commanded rows leave free; None where there are none."""
-    if not (np.isfinite(jacobian).all() and rows.size):
-        return None
-    taken, _ = independent(jacobian)
-    stacked = np.vstack([jacobian[taken], rows])
-    if len(stacked) > stacked.shape[1]:
-        return None
-    triangle, order = pivoted(stacked)
-    size = np.abs(triangle.diagonal())
-    if not size.min() > RANK * size.max():
-        return None  # a command repeats another, or what the constraints fix already
-    free = np.sort(order[len(stacked) :])
-    return _Choice(len(jacobian), taken, rows, free, actuation)
+        return bool((np.abs(gap).max(axis=0) <= OPEN * size).all())

@@ -77,7 +77,7 @@ def test_wrenches_project_onto_the_joints(seed):
 
 
 def _spring_forces(plant):
-    from mechlab.engines.pinocchio.dynamics import spring_force
+    from mechlab.mechanism.statics import spring_force
 
     return [spring_force(plant.kin, s) for s in plant.mechanism.springs]
 
