@@ -62,7 +62,7 @@ CALLBACK = 3e-6
 """A call from MuJoCo to the compiled laws."""
 LAWS = {
     "constant": 1e-7, "harmonic": 4e-7, "table": 6e-7, "viscous": 1e-7, "viscous_between": 1e-7, "servo": 3e-7, "dc_motor": 1e-6,
-    "motor": 1e-7, "constant_power": 1e-6, "one_sided_stop": 1e-6, "held_rates": 2.2e-5, "floor": 9e-6, "computed_torque": 4e-5,
+    "motor": 1e-7, "constant_power": 1e-6, "one_sided_stop": 1e-6, "held_rates": 6e-5, "floor": 9e-6, "computed_torque": 4e-5,
 }  # fmt: skip
 """Kind of law -> price of one call [s]."""
 OTHER_LAW = 3e-6

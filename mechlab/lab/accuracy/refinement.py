@@ -223,15 +223,19 @@ class RefinedMethod:
         moved = Problem(self.problem.design, replace(scene, initial_rates=rates), self.problem.outputs)
         return self._apart(self._run(moved, self.values[-2])[0], self.traces[-2])
 
+    @property
+    def captures(self) -> bool:
+        """Whether it captures held rates, which another method may hold exactly."""
+        laws = self.problem.scene.laws
+        return self.rule.engine != "hybrid" and captured(laws, CAPTURE_SHARE) != laws
+
     def capture_error(self) -> float:
         """Error [unit] by the time in which held rates are captured: twice the change with half that time, as the error
         is of first order in it; 0 without such a law, and where rates are held exactly."""
         p = self.problem
-        if self.rule.engine == "hybrid":
+        if not self.captures:
             return 0.0
         laws = captured(p.scene.laws, CAPTURE_SHARE)
-        if laws == p.scene.laws:
-            return 0.0
         self.recaptured, _ = self._run(Problem(p.design, replace(p.scene, laws=laws), p.outputs), self.values[-1])
         return 2.0 * self._apart(self.recaptured, self.traces[-1])
 

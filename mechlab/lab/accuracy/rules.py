@@ -110,7 +110,7 @@ METHOD_RULES: tuple[MethodRule, ...] = (
         evaluations=25.0,
     ),
     MethodRule("one freedom DOP853", "one_freedom", "DOP853", "exact", "tolerance", 8.0, evaluations=8.0),
-    MethodRule("hybrid DOP853", "hybrid", "DOP853", "exact", "tolerance", 8.0, evaluations=7.0),
+    MethodRule("hybrid DOP853", "hybrid", "DOP853", "exact", "tolerance", 8.0, evaluations=4.0),
 )
 """The methods; their prices (`mechlab.experiment.prices`) say what each is expected to cost. Where the energy quadrature applies
 it comes before all of them."""

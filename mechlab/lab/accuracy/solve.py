@@ -260,8 +260,9 @@ def _usable(one: RefinedMethod, freedoms: int) -> bool:
 
 
 def _check_by_other(best: RefinedMethod, others: list[RefinedMethod], t: Array, problem: Problem) -> MethodCheck | None:
-    """The check by a method of another engine with at least two runs: that of the smallest last change; None without one."""
-    others_run = [x for x in others if x.changes and x.rule.engine != best.rule.engine]
+    """The check by a method of another engine with at least two runs: that of the smallest last change; None without one. One that
+    captures held rates is none for another that holds them exactly."""
+    others_run = [x for x in others if x.changes and x.rule.engine != best.rule.engine and x.captures == best.captures]
     if not others_run:
         return None
     other = min(others_run, key=lambda x: x.changes[-1])
