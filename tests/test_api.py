@@ -299,3 +299,16 @@ def test_a_recording_that_view_could_not_open_is_refused_before_the_run(monkeypa
     for name in ("run.txt", "run.csv", "run"):
         with pytest.raises(MechlabError, match=f"ends in .npz, got {name}"):
             ml.simulate("fourbar", out=name)
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters"),
+    [
+        ("roberts", {"crank": 0.2, "ground": 0.5}), ("schmidt", {"offset": 0.09, "radius": 0.0376}), ("pump_jack", {"pitman": 8.7}),
+        ("rssr", {"back": 0.472}), ("rrs3", {"platform": 0.0438, "height": 0.236}),
+        ("berkof_lowen", {"coupler": 0.774, "ground": 0.13}),
+    ],
+)  # fmt: skip
+def test_lengths_that_do_not_reach_each_other_are_named(name: str, parameters: dict[str, float]) -> None:
+    with pytest.raises(ml.NoSolution, match="cannot be put together with " + ", ".join(f"{k}={v}" for k, v in parameters.items())):
+        ml.load(name, **parameters).mechanism()

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from mechlab.engines.protocol import available, engine
-from mechlab.errors import MechlabError, explained, unknown, warn
+from mechlab.errors import MechlabError, NoSolution, explained, unknown, warn
 from mechlab.experiment.acting import acting
 from mechlab.experiment.entry import Entry, SceneRecipe
 from mechlab.experiment.laws import Constant
@@ -33,6 +34,25 @@ AUTO = "auto"
 
 LONGEST = 1e6
 """Longest simulated time [s] of a run."""
+
+
+OUT_OF_DOMAIN = ("math domain error", "expected a n")
+"""How messages begin of a square root or arc cosine that has no value, in old and new versions of Python."""
+
+
+@contextmanager
+def reaching(design: Design) -> Iterator[None]:
+    """Raises NoSolution where a square root or arc cosine in the block has no value: lengths of the design do not reach each other."""
+    try:
+        yield
+    except ValueError as error:
+        if not str(error).startswith(OUT_OF_DOMAIN):
+            raise
+        given = ", ".join(f"{k}={v}" for k, v in design.given.items()) or "its default parameters"
+        raise NoSolution(
+            f"{design.name}: it cannot be put together with {given}: lengths do not reach each other ({error}). Take values nearer to the "
+            "defaults, or change others with them."
+        ) from error
 
 
 @explained
@@ -75,7 +95,8 @@ class Design(Shown):
             raise MechlabError(
                 f"{self.name}: fidelity 'kinematic' is closed form only and has no Mechanism; the cheapest that has one is {others[0]!r}."
             )
-        return self.entry.build(of_mechanism(self.parameters), chosen)
+        with reaching(self):
+            return self.entry.build(of_mechanism(self.parameters), chosen)
 
     def moving(self, scene: Scene) -> Mechanism:
         """The mechanism whose motion a run of the scene records: that of the file that it runs as it is, or else that of its fidelity."""
@@ -181,7 +202,8 @@ class Design(Shown):
         recipe = self.recipe(chosen)
         p = replace(self.parameters, **{k: v for k, v in recipe.overrides.items() if k not in self.given})
         level = self._level(fidelity or recipe.fidelity, chosen)
-        scene = recipe.make(p, level)
+        with reaching(self):
+            scene = recipe.make(p, level)
         if duration is not None:
             if not duration > 0.0:
                 raise MechlabError(f"{self.name}: duration must be positive, got {duration:g} s.")

@@ -9,7 +9,7 @@ from typing import Any
 from mechlab.errors import EngineMissing, MechlabError
 from mechlab.experiment.entry import Check, CheckResult, Entry
 from mechlab.kit.path_motion import keeping
-from mechlab.lab.design import Design
+from mechlab.lab.design import Design, reaching
 from mechlab.lazy_dataclass import dataclass
 from mechlab.progress import counted, silent
 from mechlab.results import Shown
@@ -91,7 +91,8 @@ def _run(design: Design, check: Check) -> CheckOutcome:
     start = time.perf_counter()
     measured, error, missing = None, "", ""
     try:
-        measured = check.run(design.parameters)
+        with reaching(design):
+            measured = check.run(design.parameters)
     except EngineMissing as cause:
         missing = str(cause)
     except MechlabError as cause:
