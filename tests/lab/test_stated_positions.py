@@ -1,5 +1,5 @@
 """Positions are off by no more than the error that is stated, where other estimates failed: a five-bar that nearly passes a singular
-position, on Pinocchio with stabilised rows, whose errors of second and of fourth order in the step cancel at some step; Myard's linkage by
+position, on Pinocchio with stabilized rows, whose errors of second and of fourth order in the step cancel at some step; Myard's linkage by
 its energy, whose poses are closed to a share of the error alone. Truth: Pinocchio's DOP853 at 1e-12, to 1e-8."""
 
 import itertools
