@@ -45,7 +45,7 @@ def _order(ratio: float, *steps: float) -> float:
 
 
 def error_of_tolerances(changes: Sequence[float], enough: int) -> float:
-    """Error of the last of runs with a tenth of the tolerance each; infinite before there are `enough`."""
+    """Error of the last of runs with a smaller tolerance each; infinite before there are `enough`."""
     # the change is the error of the coarser run; one that started far above the target may agree by chance
     return changes[-1] if len(changes) + 1 >= max(enough, 2) else float("inf")
 

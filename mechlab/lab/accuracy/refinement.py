@@ -1,4 +1,4 @@
-"""The runs of one method, each with half the step (or a tenth of the tolerance) of the one before, and the error of the best."""
+"""The runs of one method, each with a smaller step or tolerance than the one before, and the error of the best."""
 
 from __future__ import annotations
 
