@@ -140,6 +140,10 @@ class Engine:
         """Why `trace` cannot be asked for, or tells nothing new; "" when it can."""
         return f"{self.name} makes no traces"
 
+    def projects(self, mechanism: Mechanism, laws: tuple[Law, ...]) -> bool:
+        """Whether runs by steps are projected onto the constraints after each step, so that they keep the order of the integrator."""
+        return False
+
     def price(self, mechanism: Mechanism, laws: tuple[Law, ...]) -> Price:
         """The price of one evaluation of the equations of motion."""
         raise self._refusal("has no price")

@@ -111,6 +111,12 @@ class Pinocchio(Engine):
             return "" if mechanism.loops and fits(mechanism, scene.laws) else "no stabilization to choose"
         return ""
 
+    def projects(self, mechanism: Mechanism, laws: tuple[Law, ...]) -> bool:
+        """All that Pinocchio's own constrained dynamics, whose rows are stabilized, does not fit."""
+        with spent_on("imports"):
+            from mechlab.engines.pinocchio.trace import fits
+        return not fits(mechanism, laws)
+
     def price(self, mechanism: Mechanism, laws: tuple[Law, ...]) -> Price:
         """The price of Pinocchio's constrained dynamics where it fits, else of the factored equations."""
         with spent_on("imports"):

@@ -377,5 +377,7 @@ class RefinedMethod:
         """The largest power of the step with which the errors are taken to fall, and the one with which they are expected to."""
         if self.rule.extrapolated:
             return EXTRAPOLATED, EXTRAPOLATED
-        order = self.rule.order
-        return self.rule.with_rows if self.rule.with_rows and self.problem.mechanism.is_closed else (order, order)
+        m, rule = self.problem.mechanism, self.rule
+        if rule.with_rows and m.is_closed and not engine(rule.engine).projects(m, self.problem.scene.laws):
+            return rule.with_rows
+        return rule.order, rule.order
