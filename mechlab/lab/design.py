@@ -50,7 +50,7 @@ def reaching(design: Design) -> Iterator[None]:
             raise
         given = ", ".join(f"{k}={v}" for k, v in design.given.items()) or "its default parameters"
         raise NoSolution(
-            f"{design.name}: it cannot be put together with {given}: lengths do not reach each other ({error}). Take values nearer to the "
+            f"{design.name}: it cannot be put together with {given}: lengths do not reach each other. Take values nearer to the "
             "defaults, or change others with them."
         ) from error
 

@@ -36,7 +36,7 @@ class FreeEquations:
     """The equations in the directions N that the rows leave free, a = x + N y: mass y = push, for P states. across (P, f, nv): N^T;
     mass (P, f, f): N^T M N; push (P, f): N^T (push - M x)."""
 
-    at: FreeDirections
+    directions: FreeDirections
     across: Array
     mass: Array
     push: Array
@@ -87,7 +87,8 @@ class ManyEquations:
             y = np.linalg.solve(free.mass, free.push[..., None] + free.across @ force[..., None])
         except np.linalg.LinAlgError:
             return np.full_like(force, np.nan)
-        return np.asarray(np.where(free.at.served[:, None], (free.at.particular + free.at.free @ y)[..., 0], np.nan))
+        at = free.directions
+        return np.asarray(np.where(at.served[:, None], (at.particular + at.free @ y)[..., 0], np.nan))
 
 
 class BatchDynamics:

@@ -14,9 +14,10 @@ from mechlab.engines.protocol import engine
 from mechlab.errors import NoSolution
 from mechlab.experiment.entry import CheckResult
 from mechlab.experiment.recording import Recording
-from mechlab.experiment.scene import Settings, preset
+from mechlab.experiment.scene import Scene, Settings, preset
 from mechlab.integrate import integrate_adaptive
 from mechlab.kit.portrait import flow
+from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 
 LOADS = ((18.0, 750.0), (750.0, 0.0), (500.0, 100.0))
@@ -41,18 +42,20 @@ ENDS = {
 STATE = "beta, beta', alpha', Md"
 
 
+def _asked(scene: str, duration: float, fidelity: str = "minimal") -> tuple[Mechanism, Scene]:
+    p = of_scene(scene)
+    return build(p, fidelity), replace(SCENES[scene].make(p, fidelity), duration=duration)
+
+
 @lru_cache(maxsize=16)
 def run(scene: str, duration: float, settings: Settings, fidelity: str = "minimal") -> Recording:
     """A scene by an engine, for a duration [s]."""
-    p = of_scene(scene)
-    made = replace(SCENES[scene].make(p, fidelity), duration=duration)
-    return engine(settings.engine).run(build(p, fidelity), made, settings)
+    return engine(settings.engine).run(*_asked(scene, duration, fidelity), settings)
 
 
 def end(scene: str, duration: float, settings: Settings) -> Array:
     """(4,) beta, beta', alpha', Md at the end of such a run."""
-    made = replace(SCENES[scene].make(of_scene(scene), "minimal"), duration=duration)
-    recording = engine(settings.engine).at_times(build(of_scene(scene), "minimal"), made, settings, [duration])
+    recording = engine(settings.engine).at_times(*_asked(scene, duration), settings, [duration])
     return np.array([recording.channel(n)[-1] for n in ("beta", "beta_rate", "alpha_rate", "alpha_force")])
 
 

@@ -82,20 +82,21 @@ class InverseDynamics:
         With the free directions N of `equations`, a = x + N y:    [N^T M N, -(B N)^T; R N, 0] [y; f] = [N^T (push - M x); commands - R x]
         (the first rows and f over the largest element of N^T M N).
         """
-        at, forces = equations.free, np.full((len(accelerations), len(self.actuation)), np.nan)
-        if at is None:
+        free, forces = equations.free, np.full((len(accelerations), len(self.actuation)), np.nan)
+        if free is None:
             return forces
-        f, k = at.mass.shape[1], len(self.actuation)
+        at = free.directions
+        f, k = free.mass.shape[1], len(self.actuation)
         system, right = np.zeros((len(forces), f + k, f + k)), np.empty((len(forces), f + k))
-        size = np.abs(at.mass).max(axis=(1, 2), initial=1e-300)[:, None]
-        system[:, :f, :f], system[:, :f, f:] = at.mass / size[..., None], -np.swapaxes(self.actuation @ at.at.free, 1, 2)
-        system[:, f:, :f] = self.rows @ at.at.free
-        right[:, :f], right[:, f:] = at.push / size, accelerations - (self.rows @ at.at.particular)[..., 0]
+        size = np.abs(free.mass).max(axis=(1, 2), initial=1e-300)[:, None]
+        system[:, :f, :f], system[:, :f, f:] = free.mass / size[..., None], -np.swapaxes(self.actuation @ at.free, 1, 2)
+        system[:, f:, :f] = self.rows @ at.free
+        right[:, :f], right[:, f:] = free.push / size, accelerations - (self.rows @ at.particular)[..., 0]
         try:
             inverse = np.linalg.inv(system)
         except np.linalg.LinAlgError:
             return forces
-        good = at.at.served & (np.abs(system).max(axis=(1, 2)) * np.abs(inverse).max(axis=(1, 2)) < CONDITION)
+        good = at.served & (np.abs(system).max(axis=(1, 2)) * np.abs(inverse).max(axis=(1, 2)) < CONDITION)
         forces[good] = (size * (inverse @ right[..., None])[:, f:, 0])[good]
         return forces
 

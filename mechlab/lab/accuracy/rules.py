@@ -86,7 +86,7 @@ LSODA_ERROR = (12.0, 0.89)
 """Measured on a stiff governor over 10 s: 3 tolerance^0.89 from 1e-5 to 1e-12. Times 2, because a run must stay below half of
 its target, and times 2 for other problems."""
 
-SOFT_ROWS, STABILISED = (1.0, 2.0), (1.0, 4.0)
+SOFT_ROWS, STABILIZED = (1.0, 2.0), (1.0, 4.0)
 """MuJoCo's softness goes with the square of the step, and so do positions in general; near singular positions, and in rates, the errors
 fall more slowly. Baumgarte's gains go with 1/h^2 and meet the stages of RK4, whose poses are open by h^2: a small part of its errors
 falls with the square of the step too, and where it meets the rest, two runs agree by chance."""
@@ -95,7 +95,7 @@ METHOD_RULES: tuple[MethodRule, ...] = (
     MethodRule("MuJoCo RK4", "mujoco", "RK4", "hard", "step", 4.0, 2.2, with_rows=SOFT_ROWS),
     MethodRule("MuJoCo discrete, extrapolated", "mujoco", "discrete", "hard", "step", 1.0, 0.0, True),
     MethodRule("MuJoCo implicitfast", "mujoco", "implicitfast", "hard", "step", 1.0, 1.1, least=1e-4, with_rows=SOFT_ROWS),
-    MethodRule("Pinocchio RK4", "pinocchio", "RK4", "soft", "step", 4.0, 2.2, with_rows=STABILISED),
+    MethodRule("Pinocchio RK4", "pinocchio", "RK4", "soft", "step", 4.0, 2.2, with_rows=STABILIZED),
     MethodRule(
         "LSODA on MuJoCo's tree", "mujoco", "LSODA", "exact", "tolerance", 5.0, error_left=LSODA_ERROR, evaluations=25.0
     ),
