@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +13,7 @@ from mechlab.mechanism.followed_mode import same_sign
 from mechlab.mechanism.geometry import Array, Placement, axis_rotation, quaternion_to_matrix, unit
 from mechlab.mechanism.kinematics import TreeKinematics, integrate
 from mechlab.mechanism.length_unit import coordinate_units, in_unit_of_length, is_length
+from mechlab.mechanism.many_rows import ManyRows
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.newton import Assembly, Status, follow, newton
 from mechlab.mechanism.parts import LOOP_ROWS, Body
@@ -41,24 +42,14 @@ def close(
     """
     if mechanism.length_scale != 1.0:
         return _close_in_own_unit(mechanism, q, dict(targets or {}), start=start, steps=steps)
-    tree, constraints = _tree(mechanism)
     goal = dict(targets or {})
     first = mechanism.reference() if q is None else np.asarray(q, dtype=float)
-    rows = np.array([mechanism.row(name) for name in goal]).reshape(len(goal), mechanism.nv)
     begin = np.array([mechanism.value(name, first) for name in goal])
     end = np.array([goal[name] for name in goal])
-
-    kept: list[tuple[Array, Array, Array]] = []
+    equations = _equations(mechanism, tuple(goal), steps)
 
     def evaluate(x: Array, s: float) -> tuple[Array, Array]:
-        if not kept or kept[0][0] is not x:  # a step of the path begins where the last one ended
-            tree.set(x)
-            now = np.array([mechanism.value(name, x) for name in goal])
-            kept[:] = [(x, np.concatenate([constraints.residual(tree), now]), np.vstack([constraints.jacobian(tree), rows]))]
-        _, values, jacobian = kept[0]
-        residual = values.copy()
-        residual[len(values) - len(goal) :] -= begin + s * (end - begin)
-        return residual, jacobian
+        return equations(x, begin + s * (end - begin))
 
     def step(x: Array, dv: Array) -> Array:
         return integrate(mechanism, x, dv)
@@ -70,6 +61,26 @@ def close(
     if found.closed and len(goal) and not same_mode(mechanism, first, found.q, list(goal)):
         return Assembly(found.q, found.residual, found.iterations, Status.WRONG_MODE)
     return found
+
+
+def _equations(mechanism: Mechanism, names: Sequence[str], steps: int) -> Callable[[Array, Array], tuple[Array, Array]]:
+    """Residual (m,) and Jacobian (m, nv) of the closure and of the values of `names`, at a pose (nq,) with their targets (k,); prepared
+    where a path of `steps` asks often enough."""
+    if steps > 1 and all(j.nv == 1 for j in mechanism.joints):
+        return ManyRows(mechanism, names).one
+    tree, constraints = _tree(mechanism)
+    rows = np.array([mechanism.row(name) for name in names]).reshape(len(names), mechanism.nv)
+    kept: list[tuple[Array, Array, Array, Array]] = []
+
+    def at(x: Array, targets: Array) -> tuple[Array, Array]:
+        if not kept or kept[0][0] is not x:  # a step of the path begins where the last one ended
+            tree.set(x)
+            now = np.array([mechanism.value(name, x) for name in names])
+            kept[:] = [(x, constraints.residual(tree), now, np.vstack([constraints.jacobian(tree), rows]))]
+        _, gap, values, jacobian = kept[0]
+        return np.concatenate([gap, values - targets]), jacobian
+
+    return at
 
 
 def _close_in_own_unit(
