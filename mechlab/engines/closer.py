@@ -39,6 +39,8 @@ from mechlab.values import in_unit, short
 
 NEAR = 1e-9
 """Largest residual [m or rad] at a pose of numpy that an engine's own Newton step may start from."""
+TOGETHER, MOST_STEPS = 500, 3
+"""Poses that take such a step together, and the most steps of a pose."""
 FLOATS = {float}
 Mask = NDArray[np.bool_]
 
@@ -317,21 +319,35 @@ def confirmed(equations: PoseEquations, led: ManyClosed, targets: Sequence[Array
     at rounding. Returns q (n, nq), the residual that the engine found (n,), and which it confirms (n,)."""
     if isinstance(equations, TreeEquations):
         return led.q, led.residual, led.closed
-    steps = equations.newton_steps
-    q, residual, sure = led.q.copy(), led.residual.copy(), led.closed.copy()
+    q, residual, sure = led.q.copy(), led.residual.copy(), np.zeros(len(led.q), dtype=bool)
+    closed = np.flatnonzero(led.closed)
     with np.errstate(all="ignore"):
-        for k in np.flatnonzero(led.closed).tolist():
-            wanted = [t[k] for t in targets]
-            x = equations.start(led.q[k])
-            for _ in range(3):
-                off, rows = equations.evaluate(x, wanted)
-                size = largest(off)
-                if len(off) != steps.count or not size < NEAR:
-                    break
-                x = equations.step(x, -steps.inverse_of_one(rows).dot(off))
-                if size < CLOSED:
-                    break
-            residual[k], sure[k] = size, size < CLOSED and len(off) == steps.count and bool(np.all(np.isfinite(x)))
-            if sure[k]:
-                q[k] = equations.coordinates(x)
+        for first in range(0, len(closed), TOGETHER):
+            left = {k: equations.start(led.q[k]) for k in closed[first : first + TOGETHER].tolist()}
+            for _ in range(MOST_STEPS):
+                left = _stepped(equations, left, targets, q, residual, sure)
     return q, residual, sure
+
+
+def _stepped(
+    equations: PoseEquations, left: dict[int, Array], targets: Sequence[Array], q: Array, residual: Array, sure: Mask
+) -> dict[int, Array]:
+    """One Newton step of each pose that is left, of all together; puts those that were closed before it into q, and returns the others.
+    A pose is dropped that is far open, or has other rows than the steps are made for."""
+    steps, points = equations.newton_steps, list[Array]()
+    numbers, off, rows = list[int](), np.empty((len(left), steps.count)), list[Array]()
+    for k, x in left.items():
+        gap, jacobian = equations.evaluate(x, [t[k] for t in targets])
+        residual[k] = largest(gap)
+        if len(gap) == steps.count and residual[k] < NEAR:
+            off[len(numbers)] = gap
+            numbers.append(k)
+            points.append(x)
+            rows.append(jacobian.copy())
+    if not numbers:
+        return {}
+    moves = steps.step(steps.inverse(np.array(rows)), off[: len(numbers)])
+    more = {k: equations.step(x, dv) for k, x, dv in zip(numbers, points, moves, strict=True) if np.isfinite(dv).all()}
+    for k in [k for k in more if residual[k] < CLOSED]:
+        q[k], sure[k] = equations.coordinates(more.pop(k)), True
+    return more

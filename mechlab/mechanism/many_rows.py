@@ -98,7 +98,7 @@ class ManyRows:
             blocks.append(block)
         return Placed(gap, tuple(values), np.concatenate(blocks, axis=1))
 
-    def one(self, q: Array, targets: Sequence[Any]) -> tuple[Array, Array]:
+    def one(self, q: Array, targets: Sequence[Any] | Array) -> tuple[Array, Array]:
         """(m,) residual and (m, nv) Jacobian at one pose q (nq,), in the fewest calls."""
         if self._alone is not None:
             return self._alone.evaluate(q, self._zeros - targets)
