@@ -22,6 +22,11 @@ OFFSET = 0.381966
 """Share of a cell by which the nodes of a full turn are shifted: poses where assembly modes meet often lie at simple fractions of
 a turn, and no node should fall on them."""
 
+AT_TURNING, NEAR_TURNING = 1e-7, 1e-4
+"""Nodes nearer than this to a turning point, as shares of the orbit, are at it: the speed there is the root of a difference of energies
+that is rounding. Those of a swing fall on its ends; a run may begin a little beside one."""
+BESIDE = 1e-8
+"""A turning point nearer to the start than this [rad or m] is told by the energy of the start: a difference of poses would be rounding."""
 ONE_TURN = TURN * np.linspace(0.0, 1.0, 33)[1:]
 
 
@@ -60,7 +65,7 @@ class EnergyOrbit:
         """Where |dphi/dx| vanishes together with the speed, at a turning point; None for an orbit without one."""
         if self.kind != "swing" and not self.square:
             return None
-        return np.asarray(along < 1e-7 * (self.radius if self.kind == "swing" else 1.0))
+        return np.asarray(along < (AT_TURNING * self.radius if self.kind == "swing" else 2.0 * NEAR_TURNING * self.high))
 
     def at_turning(self, inertia: Array, force: Array) -> Array:
         """The limit of dt/dx at a turning point, from J and |dV/dphi|."""
@@ -96,6 +101,7 @@ class OrbitSearch:
             j, v, slope = (float(x[0]) for x in energies(branch.q[at][None], branch.u[at][None]))
         self.rate = rate
         self.energy = 0.5 * j * rate**2 + v
+        self.beside = 0.5 * j * rate**2 / abs(slope) if slope else math.inf
         self.first = (branch.start, j, v)
         if not j > 0.0:
             raise NoSolution("the freedom has no inertia")
@@ -124,21 +130,27 @@ class OrbitSearch:
         if ahead.what == "corner" and behind.what == "corner":
             low, high = sorted((ahead.phi, behind.phi))
             middle, radius = 0.5 * (low + high), 0.5 * (high - low)
-            x0 = math.acos(min(1.0, max(-1.0, (middle - start) / radius)))
-            if self.rate == 0.0:
-                x0 = 0.0 if start == low else math.pi
-            return EnergyOrbit("swing", 0.0, math.pi, x0, sign > 0, 1, middle, radius)
+            if not radius:
+                raise NoSolution("it stands in an equilibrium")
+            near = low if start < middle else high
+            x0 = 2.0 * math.asin(math.sqrt(0.5 * self._apart(near) / radius))
+            return EnergyOrbit("swing", 0.0, math.pi, x0 if near == low else math.pi - x0, sign > 0, 1, middle, radius)
         if ahead.what == "corner" or behind.what == "corner":
             toward = ahead.what == "corner"
             corner = ahead.phi if toward else behind.phi
             outward = -sign if toward else sign
             far = behind.phi if toward else ahead.phi
-            x0 = float(np.sqrt(abs(start - corner))) * (-1.0 if toward else 1.0)
+            x0 = math.sqrt(self._apart(corner)) * (-1.0 if toward else 1.0)
             high = float(np.sqrt(abs(far - corner)))
             high = max(high, abs(x0))
             return EnergyOrbit("run", x0, high, x0, True, _cells(far - corner), corner, sign=outward, square=True)
         length = abs(ahead.phi - start)
         return EnergyOrbit("run", 0.0, length, 0.0, True, _cells(length), start, sign=sign)
+
+    def _apart(self, corner: float) -> float:
+        """Distance of the start from a turning point, by the energy where it is small."""
+        apart = abs(self.branch.start - corner)
+        return self.beside if max(apart, self.beside) < BESIDE else apart
 
     def reach(self, sign: int, budget: float, most: int = 10**9) -> _Reached:
         """Follow the motion to a turning point, a full turn after which everything repeats, or the end of `budget` [s]."""
@@ -149,6 +161,8 @@ class OrbitSearch:
             square = 2.0 * (self.energy - v_new) / j_new
             if square <= 0.0:
                 corner = self._corner((phi, v, slope), (new, v_new, slope_new))
+                if sign * self.push < 0.0 and max(abs(corner - self.branch.start), self.beside) < BESIDE:
+                    corner = self.branch.start - math.copysign(self.beside, self.push)
                 return _Reached("corner", corner, time + 2.0 * abs(corner - phi) / max(w, 1e-300), fastest)
             w_new = math.sqrt(square)
             time += 2.0 * abs(new - phi) / (w + w_new)

@@ -22,7 +22,7 @@ from mechlab.lab.accuracy.even_run import EvenRun
 from mechlab.lab.accuracy.measure import ErrorMeasure, largest
 from mechlab.lab.accuracy.next_step import FINE, RATIOS, first_step, next_tolerance, ratio_enough, shorter_step
 from mechlab.lab.accuracy.result import NeighbourMotion
-from mechlab.lab.accuracy.rules import EPSILON, EXTRAPOLATED, RULES, MethodRule
+from mechlab.lab.accuracy.rules import EPSILON, EXTRAPOLATED, RELIED, RULES, MethodRule
 from mechlab.lab.methods import Method, Problem, has_kinks
 from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
@@ -380,4 +380,4 @@ class RefinedMethod:
         m, rule = self.problem.mechanism, self.rule
         if rule.with_rows and m.is_closed and not engine(rule.engine).projects(m, self.problem.scene.laws):
             return rule.with_rows
-        return rule.order, rule.order
+        return min(rule.order, RELIED), rule.order
