@@ -24,6 +24,8 @@ BLOCK = 70_000
 SOFTENED = 1e-9
 """Share of its elements that is added to the diagonal of J M^-1 J^T, so that redundant rows leave it regular; the steps of
 refinement take its effect away again."""
+ROUNDING = 1e-20
+"""Share of the largest element of that diagonal below which another one is rounding: (1e-16)^2, and bodies 1e12 times as light."""
 REFINED = 4
 WIDE = 24
 """From so many rates on the equations are solved in the directions that the rows leave free."""
@@ -127,8 +129,11 @@ def constrained_accelerations(mass: Array, push: Array, rows: Array, needed: Arr
         spread = solve_positive(mass, np.concatenate([across_, push[..., None]], axis=2))
         free, spread = spread[..., -1], spread[..., :-1]
         small = rows @ spread
-        # rows between light bodies would fall below the share that is added, were all not scaled to the same diagonal
-        scale = 1.0 / np.sqrt(np.maximum(np.einsum("kii->ki", small), 1e-300))
+        # rows between light bodies would fall below the share that is added, were all not scaled to the same diagonal; those that are
+        # rounding are left out
+        diagonal = np.einsum("kii->ki", small)
+        some = diagonal > ROUNDING * diagonal.max(axis=1, keepdims=True)
+        scale = np.where(some, 1.0 / np.sqrt(np.where(some, diagonal, 1.0)), 0.0)
         small = small * scale[:, :, None] * scale[:, None, :]
         inverse = solve_positive(small + SOFTENED * np.eye(small.shape[1]), np.broadcast_to(np.eye(small.shape[1]), small.shape))
     except np.linalg.LinAlgError:

@@ -10,6 +10,7 @@ import mechlab as ml
 from mechlab.engines.protocol import engine
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Settings
+from mechlab.lab.accuracy.solve import solve_to
 from mechlab.lab.methods import Problem
 from mechlab.studies.chart.score import reference_of, tracked
 
@@ -78,3 +79,32 @@ def test_a_reference_whose_loops_all_but_lose_rows_says_how_far_its_poses_are_kn
     at = np.searchsorted(run.t, np.linspace(0.0, 0.25, problem.outputs + 1) * (1.0 - 1e-12))
     away = float(np.max(np.abs(tracked(problem, truth.names, run.q[at], run.v[at]) - truth.values)))
     assert run.exit_code == 0 and 1e-7 < away < 2.0 * truth.own_error
+
+
+@pytest.mark.parametrize(
+    ("name", "joint", "start", "rate"),
+    [
+        ("berkof_lowen", "crank_angle", 0.99457, -1.6e-10),
+        ("double_cardan", "driver_angle", -0.11875, -8.8e-7),
+        ("equipoised", "angle", -0.96, 4.8e-8),
+    ],
+)
+def test_motions_whose_energy_is_rounding_are_run_by_steps(name: str, joint: str, start: float, rate: float) -> None:
+    """Balanced mechanisms that all but stand: their kinetic energy is less than the rounding of the weights that cancel."""
+    design = ml.load(name).for_scene("free-run")
+    plan = replace(design.scene("free-run"), duration=0.3, initial={joint: start}, initial_rates={joint: rate})
+    run = solve_to(design, plan, 1e-5)
+    truth = reference_of(Problem(design, plan))
+    away = float(np.max(np.abs(tracked(Problem(design, plan), truth.names, run.q, run.v) - truth.values)))
+    assert run.reached and "energy" not in run.method and away <= run.estimate + 1e-12
+
+
+def test_accelerations_of_a_turned_governor_are_those_of_a_straight_one() -> None:
+    """Rows of its planar pins that are rounding held the arms: the recorded accelerations were 0."""
+    straight, turned = (
+        ml.simulate("watt_governor", scene="free-run", duration=0.05, max_error=1e-4, spindle_0=x, spindle_rate_0=0.0) for x in (0.0, -0.24)
+    )
+    for name in ("arm_1", "arm_1_accel", "sleeve_accel"):
+        size = np.abs(straight.channels[name]).max()
+        assert turned.channels[name] == pytest.approx(straight.channels[name], abs=1e-5 * size)
+    assert straight.channels["arm_1_accel"][0] == pytest.approx(-34.1, rel=0.01)

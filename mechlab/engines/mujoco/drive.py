@@ -15,7 +15,7 @@ from mechlab.engines.mujoco.after_run import MOST_NUMBERS, AfterRun, ConstantLoa
 from mechlab.engines.mujoco.model import MujocoMap, Tuning, passive, to_mujoco
 from mechlab.engines.mujoco.plant import MujocoPlant
 from mechlab.engines.mujoco.springs import SpringDamper, put_springs, spring_dampers
-from mechlab.engines.mujoco.stepping import Grid
+from mechlab.engines.mujoco.stepping import Grid, length
 from mechlab.engines.state import RATE_LIMIT
 from mechlab.errors import MechlabError
 from mechlab.experiment.acting import held_drives
@@ -127,7 +127,7 @@ class Driver:
             return
         if self._remembers:
             self._apply(t)
-            if not math.isfinite(self._forces.dot(self._forces)):
+            if not math.isfinite(length(self._forces)):
                 self._refuse()
             if not self.sampling:
                 self._remember(t)
@@ -138,7 +138,7 @@ class Driver:
             self._qfrc[:] = laws.affine_force()
             return
         forces, self._qfrc[:] = laws.forces(t, self.plant)
-        if not math.isfinite(forces.dot(forces)):
+        if not math.isfinite(length(forces)):
             self._forces = forces
             self._refuse()
 

@@ -148,6 +148,9 @@ LOOSE = 1e-5
 """Errors [m or rad] that are asked for above this one are met with few nodes."""
 NEGLIGIBLE = 1e-3
 """Share of the change by half the nodes that a change by rounding may be and not count."""
+STILL, SLOW = 1e-10, 1e-6
+"""Largest kinetic energy, as a share of the parts of the potential energy, of motions that the energy does not tell, and of those whose
+rounding counts whatever error is asked for."""
 CLOSING, BENT = 3e-4, 10.0
 """Last correction of a pose over the error asked for: the tangents are off by so much, times what they turn by with the pose, which adds up
 along the motion. BENT is counted for it; Myard's linkage was seen to need 2.2, most need .1."""
@@ -167,6 +170,8 @@ def solve_by_energy(
     while n < last and asked.counter.work < asked.budget:
         n *= 2
         motion.refine(n)
+        if motion.lively < STILL:
+            raise NoSolution("what moves it is rounding beside its potential energy")
         if far and 2 * n <= last and asked.counter.work < asked.budget:
             far = False
             continue
@@ -186,7 +191,7 @@ def solve_by_energy(
     if states is None or tracked is None:
         raise NoSolution("the speed is not resolved: the motion all but stands still on its way")
     # a motion that starts nearly at rest on a maximum of V depends on the last digits of its energy, whatever error was asked for
-    counts = max_error < ROUNDING_COUNTS or motion.orbit.kind == "run"
+    counts = max_error < ROUNDING_COUNTS or motion.orbit.kind == "run" or motion.lively < SLOW
     negligible = 0.0 if max_error < ROUNDING_COUNTS else NEGLIGIBLE * largest(shifts)
     rounding = _rounding(motion, measure, t, states, negligible) if counts else 0.0
     # the time on the way is off by at most the share by which tangents are
@@ -210,8 +215,8 @@ def _rounding(motion: EnergyMotion, measure: ErrorMeasure, t: Array, states: Pla
     """Largest change of the tracked quantities when the energy changes by a few units in the last place; 0 where no coordinate changes
     by more than `negligible` [rad or m]."""
     assert motion.samples is not None
-    scale = float(np.max(np.abs(motion.samples.height)))
-    shift = RULES.rounding * EPSILON * max(scale, abs(motion.energy))
+    scale = max(float(np.max(np.abs(motion.samples.height))), motion.size, abs(motion.energy))
+    shift = RULES.rounding * EPSILON * scale
     shifts = []
     for s in (shift, -shift):
         try:

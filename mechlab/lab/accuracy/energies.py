@@ -6,7 +6,7 @@ J(phi) phi'^2 / 2 + V(phi) = E,    J = u^T M u,    u = dq/dphi;    V: weight, sp
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from typing import Protocol
 
 import numpy as np
 
@@ -17,8 +17,17 @@ from mechlab.mechanism import Joint, Mechanism, Shaft
 from mechlab.mechanism.batch_tree import BatchTree, crossed
 from mechlab.mechanism.geometry import Array
 
-EnergyFunction = Callable[[Array, Array], tuple[Array, Array, Array]]
-"""J (P,), V (P,) and dV/dphi (P,) at poses q (P, nv) with tangents u (P, nv)."""
+
+class EnergyFunction(Protocol):
+    """The energies of a mechanism."""
+
+    def __call__(self, q: Array, u: Array) -> tuple[Array, Array, Array]:
+        """J (P,), V (P,) and dV/dphi (P,) at poses q (P, nv) with tangents u (P, nv)."""
+        ...
+
+    def size(self, q: Array) -> float:
+        """What the rounding of V [J] at a pose q (nv,) is a share of: weights times distances from the origin, springs; parts may cancel."""
+        ...
 
 
 def joints_and_shafts(mechanism: Mechanism) -> list[Joint | Shaft]:
@@ -96,12 +105,24 @@ class TreeEnergies:
             slope = slope + self.stiffness @ ((length - self.rest) * rate)
         return inertia, height, slope
 
+    def size(self, q: Array) -> float:
+        """Sum of all parts of V [J] at a pose q (nv,), each as large as its rounding has it."""
+        tree, poses = self.tree, self.tree.at(q[None])
+        places = np.linalg.norm(tree.positions(poses, tree.mass_at)[:, 0], axis=1)
+        weight = float(tree.masses @ places) * float(np.linalg.norm(tree.gravity))
+        loads = float(np.abs(q * self.load).sum())
+        sprung = sum(0.5 * k * float(q @ row - rest) ** 2 for k, row, rest in self.sprung)
+        a, b = (tree.positions(poses, x)[:, 0] for x in self.ends)
+        length = np.linalg.norm(b - a, axis=1)
+        return weight + loads + sprung + float(self.stiffness @ (length * np.abs(length - self.rest[:, 0])))
+
 
 class OneJointEnergies:
     """`Energies` of a tree of one joint, in closed form: J is constant, points are linear in sin q and 1 - cos q (or in q)."""
 
     def __init__(self, tree: BatchTree, scene: Scene) -> None:
         whole = TreeEnergies(tree, scene)
+        self.size = whole.size
         self.turns = bool(tree.revolute[0])
         self.load = float(whole.load[0])
         self.inertia = float(whole(np.zeros((1, 1)), np.ones((1, 1)))[0][0])

@@ -88,7 +88,7 @@ class _NodeSamples:
 class EnergyMotion:
     """The motion of a mechanism from q0 (nv,), v0 (nv,), by its energy. closed: last correction of its poses [rad or m]; energies:
     those of the scene, joints: its `candidate_joints`, where they are known already; corrected [rad or m]: the largest last correction of
-    the poses at the nodes. Raises NoSolution where no joint moves all along it."""
+    the poses at the nodes; size [J]: that of the parts of V at q0. Raises NoSolution where no joint moves all along it."""
 
     def __init__(
         self, mechanism: Mechanism, scene: Scene, q0: Array, v0: Array, tree: BatchTree, rows: BatchRows,
@@ -98,6 +98,7 @@ class EnergyMotion:
         self.energies = energies or energies_of(tree, scene)
         explorer = self._explore(q0, v0, rows, scene.duration, joints)
         self.energy, self.duration = explorer.energy, scene.duration
+        self.size = self.energies.size(q0)
         self.samples: _NodeSamples | None = None
         self.evaluations, self.corrected = 0, 0.0
         self.closed, self.last_step = closed, max(1e-7, math.sqrt(closed))
@@ -133,6 +134,12 @@ class EnergyMotion:
     def n(self) -> int:
         """Number of nodes of a cell, less one."""
         return 0 if self.samples is None else self.samples.x.shape[1] - 1
+
+    @property
+    def lively(self) -> float:
+        """The largest kinetic energy at the nodes over the size of the parts of the potential energy."""
+        assert self.samples is not None
+        return float((self.energy - self.samples.height.min()) / max(self.size, 1e-300))
 
     @property
     def resolution(self) -> str:

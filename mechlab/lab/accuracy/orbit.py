@@ -133,7 +133,7 @@ class OrbitSearch:
             if not radius:
                 raise NoSolution("it stands in an equilibrium")
             near = low if start < middle else high
-            x0 = 2.0 * math.asin(math.sqrt(0.5 * self._apart(near) / radius))
+            x0 = 2.0 * math.asin(math.sqrt(min(0.5 * self._apart(near) / radius, 0.5)))
             return EnergyOrbit("swing", 0.0, math.pi, x0 if near == low else math.pi - x0, sign > 0, 1, middle, radius)
         if ahead.what == "corner" or behind.what == "corner":
             toward = ahead.what == "corner"

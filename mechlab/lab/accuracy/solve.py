@@ -154,7 +154,8 @@ def solve_by_refinement(
     others = [x for x in ran if x is not best]
     checked = _check_by_other(best, others, t, problem)
     far = max(max_error, APART * largest(tracked - tracked[0]))
-    branches = checked is not None and not checked.confirms(max_error) and may_pass_singular(problem.mechanism, q)
+    passes = checked is not None and may_pass_singular(problem.mechanism, q)
+    branches = passes and checked is not None and not checked.confirms(max_error)
     for _ in range((CONFIRMATIONS_OF_WAY if branches else CONFIRMATIONS) if winner is not None else 0):
         left = budget - counter.work
         again = [x for x in others if checked is not None and x.rule.name == checked.method and x.next_cost <= left]
@@ -177,6 +178,8 @@ def solve_by_refinement(
     size = float(np.max(np.abs(tracked), initial=1.0))
     rounding = max(rounding, ROUNDING * min(1.0, problem.mechanism.length_scale))
     total = RULES.safety * (best.estimate + filled) + rounding + capture
+    if passes and checked is not None:
+        total = max(total, checked.difference)  # past such a place errors fall by chance, and two runs of one method may agree
     part = cause = ""
     if capture > max(best.estimate, rounding) and not another_way:
         part, cause = f"the capture of held rates {capture:.1g}", LIMITED_BY_CAPTURE
