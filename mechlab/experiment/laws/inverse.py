@@ -176,14 +176,14 @@ class _Choice:
             both[:m, :nv] = jacobian
             np.negative(bias, both[:m, nv])
         else:
-            both[:m, :nv] = jacobian[self.taken]
-            np.negative(bias[self.taken], both[:m, nv])
+            both[:m, :nv] = jacobian.take(self.taken, 0)  # half the time of an index
+            np.negative(bias.take(self.taken), both[:m, nv])
         both[self.commanded, nv] = commands
         factors, _, solution, info = dgesv(both[:, :nv], both[:, nv:], overwrite_a=True, overwrite_b=True)
         if info or not self._regular(0, factors):
             return None
         free = solution[:, 1:]
-        if not self.whole and not self._agrees(jacobian[self.left], bias[self.left], solution):
+        if not self.whole and not self._agrees(jacobian.take(self.left, 0), bias.take(self.left), solution):
             return None
         system, needed = actuation.dot(free).T, plant.mass_times(solution[:, 0])
         needed += plant.bias()
