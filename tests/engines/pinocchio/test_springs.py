@@ -18,7 +18,9 @@ def test_lengths_and_gradients(name):
     plant = PinPlant(m, q, v)
     lengths, rows = (x.copy() for x in plant.passive.springs.stretched())
     truth = [spring_row(TreeKinematics(m, q), s) for s in m.springs]
-    assert np.allclose(lengths, [x for x, _ in truth], rtol=1e-14) and np.allclose(rows, [x for _, x in truth], atol=1e-14)
+    assert np.allclose(lengths, [x for x, _ in truth], rtol=1e-14) and np.allclose(
+        rows, [x for _, x in truth], atol=1e-14
+    )
     ahead, behind = (PinPlant(m, integrate(m, q, s * v)).passive.springs.stretched()[0] for s in (step, -step))
     assert np.allclose(rows @ v, (ahead - behind) / (2.0 * step), atol=1e-8)
     damping = np.array([s.damping for s in m.springs])
