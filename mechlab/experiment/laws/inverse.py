@@ -190,6 +190,9 @@ class _Choice:
         if self.loose:
             moved = np.array([plant.mass_times(direction) for direction in free.T[len(actuation) :]])
             system = np.hstack([system, -moved.dot(free).T])
+        elif len(system) == 1:  # one drive, mostly
+            pivot = system.item()
+            return free.T.dot(needed) / pivot if abs(pivot) > 0.0 else None
         factors, _, forces, info = dgesv(system, free.T.dot(needed))
         if info or not self._regular(1, factors):
             return None
