@@ -158,7 +158,7 @@ class Engine:
 
         m, q = mechanism, np.array(q, dtype=float)
         v = np.zeros(m.nv) if v is None else np.array(v, dtype=float)
-        plant = self._placed(m, q, v)
+        plant = self.placed(m, q, v)
         residual, rows, rates = plant.closing()
         poses = {b.name: (np.array(r), np.array(p)) for b in m.bodies for r, p in [plant.pose(b.name)]}  # the plant will move on
         return EngineState(
@@ -166,12 +166,9 @@ class Engine:
             {f.name: np.array(plant.point(f.name)) for f in m.frames}, np.array(residual), np.array(rows), np.array(rates),
         )  # fmt: skip
 
-    def bias(self, mechanism: Mechanism, q: Array, v: Array) -> Array:
-        """(nv,) the bias alone of the EngineState at coordinates q (nq,) and rates v (nv,)."""
-        return np.array(self._placed(mechanism, q, v).bias())
-
-    def _placed(self, mechanism: Mechanism, q: Array, v: Array) -> StatePlant:
-        """The plant of the mechanism, which is kept, at a state."""
+    def placed(self, mechanism: Mechanism, q: Array, v: Array) -> StatePlant:
+        """The plant of the mechanism at coordinates q (nq,) and rates v (nv,), for who needs little of an EngineState. It is kept, and
+        moves on with the next question."""
         plant = _PLANTS.get(lambda m, plant: plant(m), mechanism, self.plant)
         plant.set(q, v)
         return plant

@@ -174,7 +174,7 @@ class EngineMotion(Mapping[str, Array]):
         alone = {n: float(n == drive) for n in self.path}
         if moving not in self._bias:
             states = zip(self.q, self.v if moving else np.zeros(self.v.shape), strict=True)
-            self._bias[moving] = np.array([self.engine.bias(self.m, q, v) for q, v in states])
+            self._bias[moving] = np.array([self.engine.placed(self.m, q, v).bias() for q, v in states])
         return np.asarray((self._bias[moving] * self._rates(alone)).sum(axis=1))
 
     def __getitem__(self, key: str) -> Array:
