@@ -106,7 +106,7 @@ def moving(p: Parameters, time: float) -> mass_check.State:
     """The scene at a time, by screws, in particles."""
     own = Bricard(p.length, p.masses, p.section, p.gravity_vector)
     start = np.zeros(12)
-    y = integrate_adaptive(own.slope, 0.0, start, time, method="DOP853", rtol=1e-12, atol=1e-13).at([time])[0]
+    y = integrate_adaptive(own.slope, 0.0, start, time, method="DOP853", rtol=1e-12, atol=1e-13, times=()).y[-1]
     q, v = y[:6], y[6:]
     spread = np.full(3, p.section)
     particles, points, turn, drift = mass_check.NOTHING, {}, np.zeros(3), np.zeros(3)

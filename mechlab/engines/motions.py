@@ -81,6 +81,7 @@ class KeptMotions:
     def __init__(self, state: KeptState) -> None:
         self.state = state
         self._steps: dict[tuple[str, tuple[str, ...]], NewtonSteps] = {}
+        self._seen: tuple[bytes, tuple[str, ...], list[Array]] = b"", (), []
 
     def at(
         self,
@@ -96,10 +97,7 @@ class KeptMotions:
         width = len(state.rate_rows(()).T)
         u, w, solved = np.zeros((count, width)), np.zeros((count, width)), np.ones(count, dtype=bool)
         if moving and rate:
-            rows = []
-            for x in places:
-                state.place(x)
-                rows.append(state.rate_rows(tuple(rate)))
+            rows = self._rate_rows(q, places, tuple(rate))
             u, solved = self._meet("rate", rows, rate, [np.zeros(len(r)) for r in rows])
         seen: dict[str, list[tuple[Array, Array, Array, Array]]] = {name: [] for name in frames}
         both: list[tuple[Array, Array]] = []
@@ -123,6 +121,17 @@ class KeptMotions:
             told,
             solved,
         )
+
+    def _rate_rows(self, q: Array, places: Sequence[Array], names: tuple[str, ...]) -> list[Array]:
+        """The rate rows at poses q (n, nq), which are kept: one rate after the other is given at the same poses."""
+        key = q.tobytes(), names
+        if self._seen[:2] != key:
+            rows = []
+            for x in places:
+                self.state.place(x)
+                rows.append(self.state.rate_rows(names))
+            self._seen = *key, rows
+        return self._seen[2]
 
     def _meet(
         self, what: str, rows: Sequence[Array] | Array, given: Mapping[str, Any], bias: Sequence[Array] | Array

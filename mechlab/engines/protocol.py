@@ -156,16 +156,22 @@ class Engine:
         """The EngineState at coordinates q (nq,) and rates v (nv,), default 0."""
         from mechlab.engines.state import EngineState
 
-        m, plant = mechanism, _PLANTS.get(lambda m, plant: plant(m), mechanism, self.plant)
-        q = np.array(q, dtype=float)
+        m, q = mechanism, np.array(q, dtype=float)
         v = np.zeros(m.nv) if v is None else np.array(v, dtype=float)
-        plant.set(q, v)
+        plant = self.placed(m, q, v)
         residual, rows, rates = plant.closing()
         poses = {b.name: (np.array(r), np.array(p)) for b in m.bodies for r, p in [plant.pose(b.name)]}  # the plant will move on
         return EngineState(
             m, self.name, q, v, np.array(plant.mass_matrix()), np.array(plant.bias()), poses,
             {f.name: np.array(plant.point(f.name)) for f in m.frames}, np.array(residual), np.array(rows), np.array(rates),
         )  # fmt: skip
+
+    def placed(self, mechanism: Mechanism, q: Array, v: Array) -> StatePlant:
+        """The plant of the mechanism at coordinates q (nq,) and rates v (nv,), for who needs little of an EngineState. It is kept, and
+        moves on with the next question."""
+        plant = _PLANTS.get(lambda m, plant: plant(m), mechanism, self.plant)
+        plant.set(q, v)
+        return plant
 
     def equations(self, mechanism: Mechanism, laws: tuple[Law, ...], h: float) -> Any:
         """The equations of motion under laws as a function of (t, y), dry friction smoothed for steps of h [s]."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from enum import Enum
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -80,10 +81,12 @@ def integrate_adaptive(
     first_step: float | None = None,
     max_step: float = np.inf,
     most_evaluations: int = 10_000_000,
+    times: ArrayLike | None = None,
 ) -> Trajectory:
     """dy/dt = f(t, y) from y0 (m,) at t0 to t1 (either direction). Never returns a state that is not finite: an
     integration that cannot go on ends with an `outcome` and the steps done so far. An exception raised by f reaches
-    the caller.
+    the caller. times: those at which the trajectory will be asked, by default all; elsewhere it lacks the dense output, three more
+    evaluations a step.
 
     Raises MechlabError for an unknown method, or times that are equal or not finite.
     """
@@ -106,8 +109,8 @@ def integrate_adaptive(
             raise _StopIntegration(IntegrationStatus.NOT_FINITE)
         return dy
 
-    start = np.array(y0, dtype=float)
-    times, states, pieces = [float(t0)], [start], []
+    start, wanted = np.array(y0, dtype=float), None if times is None else np.asarray(times, dtype=float)
+    ends, states, pieces = [float(t0)], [start], list[Callable[[Any], Any]]()
     outcome = IntegrationStatus.COMPLETE
     try:
         first = None if not first_step else min(first_step, abs(t1 - t0), max_step)
@@ -118,16 +121,22 @@ def integrate_adaptive(
             if solver.status == "failed":
                 outcome = IntegrationStatus.STEP_TOO_SMALL
                 break
-            pieces.append(solver.dense_output())
-            times.append(float(solver.t))
+            low, high = sorted((solver.t_old, solver.t))
+            asked = wanted is None or bool(((low <= wanted) & (wanted <= high)).any())
+            pieces.append(solver.dense_output() if asked else _unasked)
+            ends.append(float(solver.t))
             states.append(solver.y.copy())
     except _StopIntegration as stop:
         outcome = stop.outcome
     if pieces:
-        dense: Callable[[ArrayLike], Array] = OdeSolution(times, pieces)
+        dense: Callable[[ArrayLike], Array] = OdeSolution(ends, pieces)
     else:
         dense = _constant(start)
-    return Trajectory(np.array(times), np.array(states), count, outcome, dense)
+    return Trajectory(np.array(ends), np.array(states), count, outcome, dense)
+
+
+def _unasked(t: ArrayLike) -> Array:
+    raise MechlabError(f"time {t!r} is in a step without dense output: it was not among the times of the integration.")
 
 
 def _constant(y: Array) -> Callable[[ArrayLike], Array]:

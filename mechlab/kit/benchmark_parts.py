@@ -14,6 +14,7 @@ from mechlab.engines.protocol import engine
 from mechlab.experiment.entry import Check, CheckResult, Entry, SceneRecipe
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings
+from mechlab.kit.checks import EXACT
 from mechlab.kit.mass_check import Particles, solid, spread_of
 from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Builder, Mechanism
@@ -90,8 +91,8 @@ class Benchmark:
     """A benchmark problem: a model and its scene, tracked channels, own equations as reference, printed values.
 
     make(p, "full") -> Scene; reference(p, scene) -> Recording. printed: time [s] -> the channels with default parameters, which
-    the reference meets to `tolerance`. limit [m]: largest error allowed to the engines in `steps` steps of RK4 over a `share`
-    of the scene; with default parameters the error is below a tenth of it.
+    the reference meets to `tolerance`. limit [m]: largest error allowed over a `share` of the scene to MuJoCo in `steps` steps of
+    RK4, and to Pinocchio with the settings `exact`; with default parameters the error is below a tenth of it.
     """
 
     parameters: type[Any]
@@ -104,19 +105,19 @@ class Benchmark:
     tolerance: float = 1e-9
     share: float = 0.1
     steps: int = 500
+    exact: Settings = EXACT
 
     def against_engines(self, p: Any) -> CheckResult:
         """The tracked channels after a share of the scene: MuJoCo and Pinocchio against the reference."""
         scene = self.make(p, "full")
         scene = replace(scene, duration=self.share * scene.duration)
-        h = scene.duration / self.steps
         m = self.build(p, "full")
-        settings = {name: Settings(engine=name, timestep=h) for name in ("mujoco", "pinocchio")}
-        runs = {name: engine(name).at_times(m, scene, s, [scene.duration]) for name, s in settings.items()}
+        settings = (Settings(timestep=scene.duration / self.steps), self.exact)
+        runs = {s.engine: engine(s.engine).at_times(m, scene, s, [scene.duration]) for s in settings}
         ends = {n: [float(f(p, r)[-1]) for _, f in self.channels.values()] for n, r in runs.items()}
         truth = self.reference(p, scene)
         expected = [float(f(p, truth)[-1]) for _, f in self.channels.values()]
-        note = f"tracked position [m] after {scene.duration:g} s, {self.steps} steps of RK4"
+        note = f"tracked position [m] after {scene.duration:g} s, {self.steps} steps of RK4, or DOP853"
         return CheckResult(ends, self.limit, expected, note)
 
     def against_printed(self, p: Any) -> CheckResult:

@@ -18,7 +18,7 @@ from mechlab.experiment.motion import Ramp
 from mechlab.experiment.question import Answer, Question, with_rates
 from mechlab.experiment.recording import Recording
 from mechlab.experiment.scene import Scene, Settings
-from mechlab.kit.checks import by_witnesses, end_of_run, moving_check
+from mechlab.kit.checks import EXACT, by_witnesses, end_of_run, moving_check
 from mechlab.kit.mass_check import State
 from mechlab.kit.own_equations import one_freedom_slope, record_own
 from mechlab.kit.questions import RATES, both_spellings, by_engines, not_assembled, with_orders
@@ -161,9 +161,9 @@ class Crank:
             made = scene(p, "minimal")
             # MuJoCo's loop is soft to second order in the step: 1e-5 relative at 0.7 ms, in a motion of a few turns.
             return end_of_run(
-                self.build(p, "minimal"), made, self.reference(p, made), Settings(timestep=7e-4),
+                self.build(p, "minimal"), made, self.reference(p, made), (Settings(timestep=7e-4), EXACT),
                 1e-4 * max(1.0, abs(speed(p))), f"{self.drive}_rate",
-                f"{self.drive.removesuffix('_angle')} speed after a free run of {made.duration:g} s", ("mujoco", "pinocchio"),
+                f"{self.drive.removesuffix('_angle')} speed after a free run of {made.duration:g} s",
             )  # fmt: skip
 
         return Check(id, "free run against the equation of the one freedom", run, source)

@@ -13,6 +13,7 @@ from mechlab.engines.protocol import engine
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.question import Question
 from mechlab.experiment.scene import Settings
+from mechlab.kit.checks import EXACT
 from mechlab.kit.epicyclic_build import FIDELITIES
 from mechlab.kit.epicyclic_motion import Build, ConstantTorques
 from mechlab.mechanism import ConstraintSet, Mechanism, TreeKinematics
@@ -50,12 +51,12 @@ def reduced_masses(models: Mapping[str, Mechanism], names: Sequence[str]) -> dic
 
 def final_rates(p: Any, motion: ConstantTorques, member: str) -> dict[str, float]:
     """Rate of a member at the end of the scene [rad/s]: MuJoCo in every fidelity, Pinocchio in the richest."""
-    runs = [("mujoco", f) for f in FIDELITIES] + [("pinocchio", "full")]
+    runs = [(Settings(), f) for f in FIDELITIES] + [(EXACT, "full")]
     measured = {}
-    for e, f in runs:
+    for s, f in runs:
         scene = motion.scene(p, f)
-        end = engine(e).at_times(motion.build(p, f), scene, Settings(engine=e), [scene.duration])
-        measured[f"{e} {f}"] = float(end.channel(f"{member}_rate")[-1])
+        end = engine(s.engine).at_times(motion.build(p, f), scene, s, [scene.duration])
+        measured[f"{s.engine} {f}"] = float(end.channel(f"{member}_rate")[-1])
     return measured
 
 

@@ -173,8 +173,8 @@ class EngineMotion(Mapping[str, Array]):
             raise MechlabError(f"{self.m.name}: {drive}_steady: the joints do not turn evenly along this path; ask for {drive}_force.")
         alone = {n: float(n == drive) for n in self.path}
         if moving not in self._bias:
-            states = zip(self.q, self.v, strict=True)
-            self._bias[moving] = np.array([self.engine.state(self.m, q, v if moving else None).bias for q, v in states])
+            states = zip(self.q, self.v if moving else np.zeros(self.v.shape), strict=True)
+            self._bias[moving] = np.array([self.engine.placed(self.m, q, v).bias() for q, v in states])
         return np.asarray((self._bias[moving] * self._rates(alone)).sum(axis=1))
 
     def __getitem__(self, key: str) -> Array:

@@ -50,3 +50,15 @@ def test_wrong_input():
         integrate_adaptive(lambda t, y: y, 0.0, [1.0], 1.0, method="LSODA")
     with pytest.raises(MechlabError, match="different finite"):
         integrate_adaptive(lambda t, y: y, 0.0, [1.0], 0.0)
+
+
+def test_times_alone_are_answered_as_without_them_for_fewer_evaluations():
+    def oscillator(t, y):
+        return np.array([y[1], -y[0]])
+
+    whole = integrate_adaptive(oscillator, 0.0, [1.0, 0.0], 20.0)
+    few = integrate_adaptive(oscillator, 0.0, [1.0, 0.0], 20.0, times=[0.0, 7.3, 20.0])
+    assert np.array_equal(few.at([0.0, 7.3, 20.0]), whole.at([0.0, 7.3, 20.0])) and np.array_equal(few.y, whole.y)
+    assert few.evaluations == whole.evaluations - 3 * (len(whole.t) - 1 - 3)
+    with pytest.raises(MechlabError, match="not among the times"):
+        few.at(12.0)

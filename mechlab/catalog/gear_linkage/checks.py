@@ -28,7 +28,7 @@ from mechlab.errors import MechlabError
 from mechlab.experiment.entry import Check, CheckResult
 from mechlab.experiment.scene import Settings
 from mechlab.kit.benchmark_parts import in_plane
-from mechlab.kit.checks import by_witnesses, moving_check
+from mechlab.kit.checks import EXACT, by_witnesses, moving_check
 from mechlab.kit.mass_check import Particles, State, rod, solid
 from mechlab.mechanism import TreeKinematics
 from mechlab.mechanism.geometry import Array, axis_rotation
@@ -214,7 +214,7 @@ def _free(p: Parameters) -> CheckResult:
     p = replace(p, speed=1.0)
     scene = free_spin(p, "minimal")
     expected = float(reference(p, scene).channel("output_angle")[-1])
-    runs = (scene.settings or Settings(), Settings(engine="pinocchio", timestep=4e-3))
+    runs = (scene.settings or Settings(), EXACT)
     ends = {s.engine: engine(s.engine).at_times(build(p, "minimal"), scene, s, [scene.duration]) for s in runs}
     measured = {name: end.channel("output_angle")[-1] for name, end in ends.items()}
     note = "output angle after one turn let go, against the reduced equation [rad]"

@@ -81,7 +81,7 @@ def integral(p: Parameters) -> CheckResult:
     def f(t: float, y: Array) -> Array:
         return np.array([y[1], float(constant_speed_acceleration(i, SPEED, i.q * (SPEED * t - y[0]), y[1], 0.0))])
 
-    done = integrate_adaptive(f, 0.0, [0.0, 0.0], 1.0, rtol=1e-10, atol=1e-12)
+    done = integrate_adaptive(f, 0.0, [0.0, 0.0], 1.0, rtol=1e-10, atol=1e-12, times=())
     value = first_integral(i, SPEED, i.q * (SPEED * done.t - done.y[:, 0]), SPEED - done.y[:, 1], 0.0)
     drift = np.ptp(value) / abs(value[0])
     return CheckResult({"DOP853 1e-10": drift}, 1e-9, 0.0, f"{len(done.t)} steps, no load, no friction")
@@ -160,7 +160,7 @@ def _turning_points() -> Pair:
             accel = float(constant_speed_acceleration(i, SPEED, y[0], y[1], load))
             return np.array([i.q * (SPEED - y[1]), accel])
 
-        psi, rate = integrate_adaptive(half, 0.0, [psi, 0.0], time, rtol=1e-12, atol=1e-12).y[-1]
+        psi, rate = integrate_adaptive(half, 0.0, [psi, 0.0], time, rtol=1e-12, atol=1e-12, times=()).y[-1]
         measured += [float(psi), float(rate)]
     a, b = float(found.psi_a), float(found.psi_b)
     return [*measured, float(found.sine)], [b, 0.0, a + 2.0 * np.pi, 0.0, float(np.sin(0.5 * (a + b)))]

@@ -129,7 +129,7 @@ def smoothed_rate(p: Parameters, duration: float, width: float) -> float:
     def f(t: float, y: Array) -> Array:
         return slope(p.impulse, y, width)
 
-    done = integrate_adaptive(f, 0.0, p.start, duration, rtol=1e-9, atol=1e-11, most_evaluations=2_000_000)
+    done = integrate_adaptive(f, 0.0, p.start, duration, rtol=1e-9, atol=1e-11, most_evaluations=2_000_000, times=())
     if not done.complete:
         raise NoSolution(f"tanh friction of width {width:g}: {done.outcome.value}.")
     return float(done.y[-1][3])
@@ -152,6 +152,6 @@ def portraits(p: Parameters) -> CheckResult:
         return slope(impulse, y)
 
     found = flow(f, start, 0.5, 5e-4, 2)[1][-1, :5]
-    truth = np.array([integrate_adaptive(f, 0.0, y, 0.5, rtol=1e-10, atol=1e-11).y[-1] for y in start[:5]])
+    truth = np.array([integrate_adaptive(f, 0.0, y, 0.5, rtol=1e-10, atol=1e-11, times=()).y[-1] for y in start[:5]])
     scale = np.abs(truth).max(axis=0)
     return CheckResult({"RK4, 0.5 ms": found / scale}, 1e-5, truth / scale, "all five states, relative to the largest")

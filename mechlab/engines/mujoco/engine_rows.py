@@ -7,7 +7,8 @@ recursion.
     tendon                                efc_J; a spatial one has b = (|d'|^2 - d_length'^2) / length + e b_12 (see `Closure`)
 
 b_12 is the relative acceleration of the two sites for qacc = 0, by mj_rnePostConstraint. Signs are those of efc_J: first minus second
-site. The rows are compared with those of `Closure` when they are made, and are not used where they differ.
+site. The rows are compared with those of `Closure` when they are made, and are not used where they differ. Equalities that the engine
+drops, because no motion can violate them, have no rows.
 """
 
 from __future__ import annotations
@@ -24,9 +25,9 @@ SAME = 1e-9
 
 
 class EngineRows:
-    """Rows of all equality constraints of a dense model, in the order of the engine."""
+    """Rows of the equality constraints of a dense model that the engine has at an evaluated state, in its order."""
 
-    def __init__(self, model: mujoco.MjModel, closure: Closure) -> None:
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, closure: Closure) -> None:
         self.model = model
         self._kept = np.zeros(model.nv)
         self._sites: list[int] = []
@@ -37,7 +38,8 @@ class EngineRows:
         self._order: list[int] = []
         self._signs: list[float] = []
         at = 0
-        for k in range(model.neq):
+        self._equalities = data.efc_id[: data.ne].tobytes()
+        for k in dict.fromkeys(data.efc_id[: data.ne].tolist()):
             rows = closure.slices[k]
             count = rows.stop - rows.start
             self._order += range(rows.start, rows.stop)
@@ -70,7 +72,8 @@ class EngineRows:
     def agree(self, data: mujoco.MjData, closure: Closure) -> bool:
         """Whether they are those of `closure` at an evaluated state."""
         mine, other = self.rows(data), closure.rows(data)
-        if mine is None:
+        dropped = np.setdiff1d(np.arange(len(other[0])), self._order)
+        if mine is None or any(np.abs(x[dropped]).max(initial=0.0) > SAME for x in other):
             return False
         signs = np.array(self._signs)
         wanted = signs[:, None] * other[0][self._order], signs * other[1][self._order]
@@ -78,9 +81,9 @@ class EngineRows:
         return all(np.abs(a - b).max(initial=0.0) <= SAME * n for a, b, n in zip(mine, wanted, size, strict=True))
 
     def rows(self, data: mujoco.MjData) -> tuple[Array, Array] | None:
-        """(rows, engine nv) J and (rows,) b; None where the engine has dropped a row. See `Closure.rows` for what must be evaluated."""
+        """(rows, engine nv) J and (rows,) b; None where the engine has other rows now. See `Closure.rows` for what must be evaluated."""
         nv, count = self.model.nv, self.count
-        if data.ne != count:
+        if data.ne != count or data.efc_id[:count].tobytes() != self._equalities:
             return None
         jacobian = data.efc_J[: count * nv].reshape(count, nv).copy()
         if self._turning:

@@ -151,7 +151,7 @@ class MujocoPlant:
         """The same rows in less time; None where they are others."""
         if mujoco.mj_isSparse(self.model):
             return None
-        made = EngineRows(self.model, self.closure)
+        made = EngineRows(self.model, self.data, self.closure)
         return made if made.agree(self.data, self.closure) else None
 
     @cached_property

@@ -154,7 +154,7 @@ class PinConstraints:
             u[i] = d[i] / self._lengths[:, None]
             residual[i] = ((d[i] * d[i]).sum(axis=1) / self._lengths - self._lengths) / 2.0
             lines[i, :3] = u[i]
-            lines[i, 3:] = _cross(held[i], u[i])
+            lines[i, 3:] = cross_rows(held[i], u[i])
         return residual, lines, parts
 
     def residual(self) -> Array:
@@ -225,7 +225,7 @@ def _fixed(kin: PinKinematics, loops: tuple[Loop, ...], side: str) -> Array:
     return out
 
 
-def _cross(a: Array, b: Array) -> Array:
+def cross_rows(a: Array, b: Array) -> Array:
     """Row-wise cross product of (n, 3) and (n, 3)."""
     a_next, b_next = a.take(_NEXT, axis=1), b.take(_NEXT, axis=1)
     return (a * b_next - a_next * b).take(_NEXT, axis=1)

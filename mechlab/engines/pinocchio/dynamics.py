@@ -18,6 +18,7 @@ from mechlab.engines.pinocchio.constraints import PinConstraints
 from mechlab.engines.pinocchio.kinematics import PinKinematics
 from mechlab.engines.pinocchio.kkt import Factors, dense, factor
 from mechlab.engines.pinocchio.model import PinModel
+from mechlab.engines.pinocchio.springs import PinSprings
 from mechlab.errors import Untrustworthy
 from mechlab.experiment.tree_plant import MassShare
 from mechlab.mechanism.constraints import ConstraintSet
@@ -25,7 +26,7 @@ from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics, integrate
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.parts import Joint, Shaft
-from mechlab.mechanism.statics import DryFriction, spring_row
+from mechlab.mechanism.statics import DryFriction
 from mechlab.mechanism.structure import rank, structure
 
 FEW_ROWS = 300
@@ -33,11 +34,10 @@ FEW_ROWS = 300
 
 
 class Passive:
-    """The constant data of passive forces, gathered once."""
+    """Passive forces at the state of a PinKinematics; what is constant is gathered once."""
 
-    def __init__(self, mechanism: Mechanism) -> None:
-        m = mechanism
-        self.mechanism = m
+    def __init__(self, kin: PinKinematics) -> None:
+        self.kin, m = kin, kin.mechanism
         shafts = m.shafts
         self.rows = np.array([m.row(s.name) for s in shafts]).reshape(-1, m.nv)
         self.inertia = (self.rows.T * [s.inertia for s in shafts]) @ self.rows if shafts else np.zeros((m.nv, m.nv))
@@ -52,33 +52,24 @@ class Passive:
         self.elastic_rows = np.array([m.row(x.name) for x in elastic]).reshape(-1, m.nv)
         self.unstretched = np.array([x.spring_rest - x.zero for x in elastic])
         self.columns = m.q_columns
-        self.springs = m.springs
+        self.springs = PinSprings(kin)
         self.friction = DryFriction.of(m)
-        self._pose, self._rows = -1, list[tuple[float, Array]]()
 
-    def force(self, kin: PinKinematics, v: Array) -> Array:
+    def force(self, v: Array) -> Array:
         """(nv,) f of M a + c + f = applied: damping and stiffness of joints and shafts, springs; without dry
         friction."""
         out = self.damping @ v if self.damped else np.zeros(len(v))
         if len(self.stiffness):
-            stretch = self.elastic_rows @ kin.q[self.columns] - self.unstretched
+            stretch = self.elastic_rows @ self.kin.q[self.columns] - self.unstretched
             out += self.elastic_rows.T @ (self.stiffness * stretch)
-        for spring, (length, row) in zip(self.springs, self._stretched(kin), strict=True):
-            out += (spring.stiffness * (length - spring.rest_length) + spring.damping * float(row @ v)) * row
+        if len(self.springs):
+            out += self.springs.force(v)
         return np.asarray(out)
 
-    def loss(self, kin: PinKinematics, v: Array) -> float:
+    def loss(self, v: Array) -> float:
         """Power [W] lost in dampers, without dry friction."""
         power = float(v @ self.damping @ v) if self.damped else 0.0
-        for spring, (_, row) in zip(self.springs, self._stretched(kin), strict=True):
-            power += spring.damping * float(row @ v) ** 2
-        return power
-
-    def _stretched(self, kin: PinKinematics) -> list[tuple[float, Array]]:
-        """Length and gradient of each spring, once for each pose."""
-        if self.springs and self._pose != kin.pose_count:
-            self._pose, self._rows = kin.pose_count, [spring_row(kin, s) for s in self.springs]
-        return self._rows
+        return power + self.springs.loss(v) if len(self.springs) else power
 
 
 class PinPlant:
@@ -93,7 +84,7 @@ class PinPlant:
         self.kin = PinKinematics(mechanism)
         self.mechanism = self.kin.mechanism
         self.constraints = PinConstraints(self.kin)
-        self.passive = Passive(self.mechanism)
+        self.passive = Passive(self.kin)
         self._zeros = {n: self.mechanism.zero(n) for n in self.mechanism.scalar_names}
         self._lower = np.tri(self.mechanism.nv, k=-1, dtype=bool)
         self._values = {n: self._terms(n) for n in self._zeros}
@@ -156,7 +147,7 @@ class PinPlant:
         """
         if self._bias is None:
             nle = self.kin.work.nonlinear(self.kin.q_pin, self.v)
-            self._bias = nle + self.passive.force(self.kin, self.v)
+            self._bias = nle + self.passive.force(self.v)
         return self._bias
 
     def _evaluate(self) -> tuple[Array, Array, Array]:

@@ -144,7 +144,7 @@ def _accelerations(plant: PinPlant, q: Array, v: Array, applied: Array) -> Array
     plant.set(q, v)
     if len(plant.constraints) or plant.passive.has_shaft_inertia:
         return plant.accelerations(applied)[0]
-    tau = applied - plant.passive.force(plant.kin, plant.v)
+    tau = applied - plant.passive.force(plant.v)
     return plant.kin.work.forward(plant.kin.q_pin, plant.v, tau).copy()
 
 

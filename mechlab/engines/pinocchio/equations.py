@@ -135,7 +135,7 @@ class Equations:
                 if not math.isfinite(f):  # of a law, not of a state that has run away: `move` has looked
                     raise MechlabError(f"{self.mechanism.name}: the laws give {name!r} the force {f} at t = {t:.6g} s.")
             raise BlowUp(t, "the accelerations are not finite")
-        power = float(force @ plant.v) - plant.passive.loss(plant.kin, plant.v)
+        power = float(force @ plant.v) - plant.passive.loss(plant.v)
         return Instant(a, reactions, dict(zip(self.applied.targets, forces.tolist(), strict=True)), power)
 
     def _pushes(self, t: float, plant: PinPlant, y: Array) -> tuple[Array, Array]:

@@ -199,6 +199,7 @@ def _adaptive(
             rtol=settings.tolerance,
             atol=1e-3 * settings.tolerance,
             first_step=min(step_size, part[-1] - part[0]),
+            times=part,
         )
         log.steps += len(found.t) - 1
         for t in part[1:][part[1:] <= found.t[-1]]:

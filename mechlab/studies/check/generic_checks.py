@@ -117,7 +117,7 @@ def _bias(of: _Sampled) -> CheckResult:
 def _closure(of: _Sampled) -> CheckResult:
     m = of.mechanism
     open_by = {
-        name: float(np.max(np.abs(engine(name).state(m, m.reference()).residual), initial=0.0))
+        name: float(np.max(np.abs(engine(name).placed(m, m.reference(), np.zeros(m.nv)).closing()[0]), initial=0.0))
         for name in IMPLEMENTATIONS
     }
     return CheckResult(open_by, 1e-12, 0.0, "largest residual of loops and relations [m, rad]")
@@ -149,8 +149,8 @@ def _allowed(of: _Sampled) -> CheckResult:
         free = basis @ (basis.T @ v)
         free /= max(float(np.linalg.norm(free)), 1e-12)
         for name, numbers in found.items():
-            x = engine(name).state(m, q, free)
-            numbers += [len(x.rates) - rank(x.rows), float(np.max(np.abs(x.rows @ x.rates), initial=0.0))]
+            _, rows, rates = engine(name).placed(m, q, free).closing()
+            numbers += [len(rates) - rank(rows), float(np.max(np.abs(rows @ rates), initial=0.0))]
     return CheckResult(
         {k: np.array(x) for k, x in found.items()}, 1e-8, note="freedoms, and violation by a free motion"
     )
