@@ -26,7 +26,7 @@ class EnergyFunction(Protocol):
         ...
 
     def size(self, q: Array) -> float:
-        """What the rounding of V [J] at a pose q (nv,) is a share of: weights times distances from the origin, springs; parts may cancel."""
+        """What the rounding of V [J] at a pose q (nv,) is a share of: weights times distances from the origin, springs. They may cancel."""
         ...
 
 
