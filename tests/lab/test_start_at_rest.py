@@ -100,7 +100,7 @@ def test_motions_whose_energy_is_rounding_are_run_by_steps(name: str, joint: str
 
 
 def test_accelerations_of_a_turned_governor_are_those_of_a_straight_one() -> None:
-    """Rows of its planar pins that are rounding held the arms: the recorded accelerations were 0."""
+    """Rows of its planar pins that are rounding were taken for constraints: the recorded accelerations jumped."""
     straight, turned = (
         ml.simulate("watt_governor", scene="free-run", duration=0.05, max_error=1e-4, spindle_0=x, spindle_rate_0=0.0) for x in (0.0, -0.24)
     )
