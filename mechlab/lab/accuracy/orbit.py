@@ -90,7 +90,8 @@ STRAIGHT = 1e-2
 
 
 class OrbitSearch:
-    """Follows the branch from its start until the orbit of the motion within `duration` [s] is known."""
+    """Follows the branch from its start until the orbit of the motion within `duration` [s] is known. beside [rad or m]: distance of the
+    turning point behind a slow start, J rate^2 / (2 |dV/dphi|)."""
 
     def __init__(self, branch: PoseBranch, energies: EnergyFunction, rate: float, duration: float) -> None:
         self.branch, self.energies, self.duration = branch, energies, duration

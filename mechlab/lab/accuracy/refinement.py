@@ -22,7 +22,7 @@ from mechlab.lab.accuracy.even_run import EvenRun
 from mechlab.lab.accuracy.measure import ErrorMeasure, largest
 from mechlab.lab.accuracy.next_step import FINE, RATIOS, first_step, next_tolerance, ratio_enough, shorter_step
 from mechlab.lab.accuracy.result import NeighbourMotion
-from mechlab.lab.accuracy.rules import EPSILON, EXTRAPOLATED, RELIED, RULES, MethodRule
+from mechlab.lab.accuracy.rules import EPSILON, RELIED, RULES, MethodRule
 from mechlab.lab.methods import Method, Problem, has_kinks
 from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array
@@ -376,7 +376,7 @@ class RefinedMethod:
     def _orders(self) -> tuple[float, float]:
         """The largest power of the step with which the errors are taken to fall, and the one with which they are expected to."""
         if self.rule.extrapolated:
-            return EXTRAPOLATED, EXTRAPOLATED
+            return RELIED, RELIED
         m, rule = self.problem.mechanism, self.rule
         if rule.with_rows and m.is_closed and not engine(rule.engine).projects(m, self.problem.scene.laws):
             return rule.with_rows

@@ -115,8 +115,8 @@ METHOD_RULES: tuple[MethodRule, ...] = (
 """The methods; their prices (`mechlab.experiment.prices`) say what each is expected to cost. Where the energy quadrature applies
 it comes before all of them."""
 
-RELIED, EXTRAPOLATED = 3.0, 3.0
+RELIED = 3.0
 """Largest order that is relied on: where the steps only just resolve a short event, the changes of three runs may fall by the theory's
-order and the errors by less (Schatz's linkage). The largest of extrapolated runs, whose order rises from run to run."""
+order and the errors by less (Schatz's linkage). The order of extrapolated runs rises from run to run, and counts no more."""
 EPSILON = 2.2e-16
 """Unit in the last place of a double, relative."""
