@@ -45,14 +45,12 @@ def settings_for(settings: Settings, mechanism: Mechanism, scene: Scene) -> Sett
 
 
 def other_softness(mechanism: Mechanism, settings: Settings) -> Settings | None:
-    """Settings of MuJoCo with another softness of the rows: its effect on accelerations and reactions does not vanish
-    with the step. None for other engines, and where there are no rows."""
-    if settings.engine != "mujoco" or not mechanism.is_closed:
+    """Settings of MuJoCo with rows as hard as they can be, where they are as soft as the engine has them by default: their effect does
+    not vanish with the step. None for other settings and engines, and where there are no rows."""
+    if settings.engine != "mujoco" or not mechanism.is_closed or settings.timeconst is not None:
         return None
     hard = PRESETS["accurate"]
-    if settings.timeconst is None:
-        return replace(settings, timeconst=hard.timeconst, impedance=hard.impedance)
-    return replace(settings, timeconst=2.0 * settings.timeconst)
+    return replace(settings, timeconst=hard.timeconst, impedance=hard.impedance)
 
 
 def motor_lag(law: Law) -> float:

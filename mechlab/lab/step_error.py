@@ -162,10 +162,10 @@ class _Estimate:
         """The errors with the effect of MuJoCo's soft rows on accelerations and forces; those of positions and rates hold it.
         Softness in proportion to the step was changed with the step, and leaves them UNEVEN times less sure. Of a softness of
         its own another run shows the effect."""
-        other = other_softness(self.recording.mechanism, self.settings)
-        if other is None or not errors:
+        if not self.soft or not errors:
             return errors
-        if self.settings.timeconst is not None:
+        other = other_softness(self.recording.mechanism, self.settings)
+        if other is None:
             return {n: e if n in self.states else UNEVEN * e for n, e in errors.items()}
         found = self.run(other, self.scene, self.recording.t)
         more = {n: math.inf if found is None else found.channels[n] for n in errors if n not in self.states}
@@ -249,10 +249,10 @@ class _Estimate:
         return self.order == 1 and not self.kinks and shown
 
     def order_of(self, channel: str) -> int:
-        """The highest order that the error of a channel may have: softness in proportion to the step changes accelerations and
-        forces by what does not fall with it."""
+        """The highest order that the error of a channel may have: rows whose softness is in proportion to the step open by its
+        square, at rates in proportion to it, on which accelerations and forces hang."""
         soft = self.soft and self.settings.timeconst is not None
-        return 1 if soft and channel not in self.states else self.order
+        return 1 if soft and self.recording.units[channel] not in ("m", "rad") else self.order
 
     def combined(self, twice: _Changes, fourfold: _Changes | None) -> tuple[dict[str, float], float]:
         """Errors of the channels, and the largest of the coordinates, from coarser runs."""

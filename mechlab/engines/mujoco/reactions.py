@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.engines.mujoco.closure import ExactDynamics
+from mechlab.engines.mujoco.hard_rows import HardRows
 from mechlab.engines.mujoco.model import Indices, MujocoMap, passive, to_mujoco
 from mechlab.engines.state import MotionForces
 from mechlab.errors import MechlabError, NoSolution
@@ -61,6 +62,7 @@ class Reactions:
         kept = ("spherical",) if self.distances else tuple(k for k in LOOP_ROWS if k != "distance")
         self._loops = [self._reader(x) for x in m.loops if x.kind in kept]
         self._exact = ExactDynamics(self.model) if self.distances else None
+        self._hard = HardRows(self.model)
         self._connectors = [r.connector for r in self._loops if r.connector >= 0]
         self._roots = self.model.body_rootid[self._connectors]
         self._turns = any(r.connector < 0 and r.loop.kind == "fixed" for r in self._loops)
@@ -104,6 +106,7 @@ class Reactions:
             self._kept["qacc"].append(acceleration)
             self._kept["reaction"].append(reaction)
         else:
+            self._hard.solve(data)
             self._kept["qacc"].append(data.qacc.copy())
         if self.names:
             self._kept["force"].append(data.efc_force[:count].copy())
@@ -118,6 +121,7 @@ class Reactions:
             mujoco.mj_rnePostConstraint(self.model, data)
             self._kept["wrench"].append(data.cfrc_int[self._connectors])
             self._kept["centre"].append(data.subtree_com[self._roots])
+        self._hard.put_back(data)
 
     def cut(self, count: int) -> None:
         """Keep the first `count` states alone."""
