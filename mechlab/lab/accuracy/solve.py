@@ -39,6 +39,7 @@ from mechlab.lab.fastest_rate import command_rate, fastest_rate
 from mechlab.lab.methods import Problem, has_kinks
 from mechlab.mechanism.batch_tree import BatchRows, BatchTree
 from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.singularity import may_pass_singular
 from mechlab.mechanism.structure import structure
 
@@ -163,7 +164,7 @@ def solve_by_refinement(
             break
         _counting_runs_only(counter, again[0], partial(again[0].refine, left))
         checked = _check_by_other(best, others, t, problem) or checked
-    apart = winner is not None and checked is not None and checked.difference > far
+    apart = winner is not None and checked is not None and checked.difference > far and not _explained(checked, problem.mechanism)
     another_way = apart or (branches and winner is not None and checked is not None and not checked.confirms(max_error))
     if checked is None:
         with counter.building():
@@ -204,6 +205,9 @@ APART, CONFIRMATIONS, CONFIRMATIONS_OF_WAY = 0.01, 3, 8
 """Share of the motion by which another method may differ at last, and how often it is made sharper to see whether it comes nearer. Past
 places where assembly modes meet, each method may go on, and settle, another way: there it is made sharper more often, until it differs by
 no more than what is asked for."""
+EXPLAINED = 1e-6
+"""Of a motion that is nearly rest, another method may not show even the APART share: a difference that is less than its own last change, and
+that change less than this share of the size of the mechanism, is its error and no other way."""
 ANOTHER_WAY = "two methods whose runs both get to the end are far apart there, as past a place where assembly modes meet"
 UNCONFIRMED_WAY = (
     "the run passes, or nearly, a place where assembly modes meet, and another method does not confirm the way: it differs, or still "
@@ -239,6 +243,11 @@ def _counting_runs_only(counter: CostCounter, one: RefinedMethod, work: Callable
         found = work()
         cost.cpu_s, cost.work = one.cpu_s - cpu_s, one.done - done
     return found
+
+
+def _explained(checked: MethodCheck, mechanism: Mechanism) -> bool:
+    """Whether the other method's own error explains that it differs: see EXPLAINED."""
+    return checked.difference <= checked.own <= EXPLAINED * min(1.0, mechanism.length_scale)
 
 
 def _why_ended(candidates: list[RefinedMethod]) -> str:
