@@ -6,7 +6,7 @@ Where that leaves the positions with more than the tolerance of the scene, or 2 
 h / 2: an error that is large only because 2 h is unstable is not one of the run. With kinks in the motion (impacts, dry
 friction, limits) two runs may agree by accident, and 4 h / 3 or 2 h / 3 is asked as well. Every run is as long as the scene:
 an estimate costs .75 of the run where the step is small enough, 1.2 where 2 h is just too much. The softness of MuJoCo's rows is in
-proportion to the step, so that the same runs show what it does to accelerations and forces. Engines that control their steps
+proportion to the step, so that the same runs show what it does to rates, and with them to accelerations and forces. Engines that control their steps
 are repeated at LOOSER times their tolerance.
 """
 
@@ -57,8 +57,8 @@ ACCIDENT = 8.0
 NEAR, NEARER = 1.5, 4.0 / 3.0
 """Factors on the timestep where 2 h is too much."""
 UNEVEN = 2.0
-"""What soft rows do to accelerations does not fall evenly with the step: two runs may agree by half of it, as the campaign
-`tests.benchmarks.stated_step_error` shows; their errors are stated so many times larger."""
+"""What soft rows do to rates, and so to accelerations, does not fall evenly with the step: two runs may agree by half of it, as the
+campaign `tests.benchmarks.stated_step_error` shows; errors of accelerations and forces are stated so many times larger."""
 SMALL, ALONE = 0.1, 1.5
 """Where no third run confirms two, so that nothing shows how fast they converge, they may agree in a channel by accident: one that changes
 by less than this share of the largest change in its unit gets an error so many times larger."""
