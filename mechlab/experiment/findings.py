@@ -8,7 +8,7 @@ A loop that opens by more than a thousandth of the smallest link counts as torn 
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,18 +16,26 @@ from numpy.typing import NDArray
 from mechlab.experiment.assembly_modes import UNWATCHED, mode_finding
 from mechlab.experiment.laws import Law
 from mechlab.experiment.recording import Finding, limit_finding
-from mechlab.mechanism.constraints import ConstraintSet
-from mechlab.mechanism.geometry import Array
+from mechlab.mechanism.constraints import ConstraintSet, LoopConstraint
+from mechlab.mechanism.geometry import Array, cross
+from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.many_states import ManyStates
 from mechlab.mechanism.model import Mechanism
 from mechlab.mechanism.state_rows import state_rows
-from mechlab.mechanism.structure import shared_loads
+from mechlab.mechanism.structure import redundancies, shared_loads
 
 GAP_LIMIT = 1e-4
 SHARED = (
     "the rows of {} repeat each other: how they share a load hangs on elasticity and tolerances, of which rigid bodies know nothing; the "
     "smallest loads are given"
 )
+VOID = (
+    "no motion of the joints would open {} in the direction of a part of its load: whether that part passes there or through the joints "
+    "hangs on elasticity, and is the engine's choice"
+)
+VOID_SHARE = 1e-6
+"""Share of the largest load of a loop beyond which a part of it is more than rounding."""
+WRENCH = ("fx", "fy", "fz", "mx", "my", "mz")
 RESTART_JUMP = 0.5
 """Share of the largest distance from the reference so far: a step back of more than that may be a restart."""
 
@@ -127,16 +135,46 @@ def restart_finding(mechanism: Mechanism, t: Array, q: Array, v: Array) -> Findi
     return Finding("restart", float(t[k]), float(t[-1]), "s", "error", text)
 
 
-def shared_finding(mechanism: Mechanism, channels: Collection[str]) -> Finding | None:
+def shared_finding(mechanism: Mechanism, q: Array, channels: Mapping[str, Array]) -> Finding | None:
     """Finding "shared_loads" (a warning): the loads among the channels that rigid bodies leave undetermined, because the rows of their
-    loops or relations repeat each other; None where every recorded load is determined."""
+    loops or relations repeat each other, or because it is open whether a load passes through a loop or through the joints; None where
+    every recorded load is determined. q (n, nq)."""
     if not any(name.endswith(("_load", "_fx")) for name in channels):
         return None
     shared = [n for n in shared_loads(mechanism) if f"{n}_load" in channels or f"{n}_fx" in channels]
-    if not shared:
+    void = [n for n in _void_loads(mechanism, q, channels) if n not in shared]
+    parts = [text.format(", ".join(names)) for text, names in ((SHARED, shared), (VOID, void)) if names]
+    if not parts:
         return None
-    text = f"{SHARED.format(', '.join(shared))}; the errors beside them are those of this share"
-    return Finding("shared_loads", float(len(shared)), 0.0, "loads", "warning", text)
+    text = f"{'; '.join(parts)}; the errors beside them are those of this share"
+    return Finding("shared_loads", float(len(shared) + len(void)), 0.0, "loads", "warning", text)
+
+
+def _void_loads(mechanism: Mechanism, q: Array, channels: Mapping[str, Array]) -> list[str]:
+    """Loops whose recorded load has a part along rows that no motion of the joints violates; a point on a point has none in any engine."""
+    void = {r.row for r in redundancies(mechanism) if not r.combination}
+    found = []
+    for item in ConstraintSet(mechanism).items if void else ():
+        idle = [row in void for row in item.rows]
+        if not isinstance(item, LoopConstraint) or item.loop.kind == "spherical" or f"{item.name}_fx" not in channels or not any(idle):
+            continue
+        for k in {0, len(q) // 2, len(q) - 1}:
+            frame_a, _, frame_b, _ = item.ends(TreeKinematics(mechanism, q[k]))
+            load = [channels[n][k] if (n := f"{item.name}_{x}") in channels else 0.0 for x in WRENCH]
+            wrenches = np.array([_wrench(row.rsplit(".", 1)[1], frame_a, frame_b) for row in item.rows]).T
+            along = np.abs(np.linalg.lstsq(wrenches, np.array(load), rcond=None)[0])
+            if np.max(along, where=idle, initial=0.0) > VOID_SHARE * np.max(along):
+                found.append(item.name)
+                break
+    return found
+
+
+def _wrench(code: str, frame_a: Array, frame_b: Array) -> Array:
+    """(6,) force and moment on body b of a unit load of a row: along an axis of a, or about the common normal of axes of a and b."""
+    first = frame_a[:, "xyz".index(code[0])]
+    if len(code) == 1:
+        return np.concatenate([first, np.zeros(3)])
+    return np.concatenate([np.zeros(3), cross(frame_b[:, "xyz".index(code[2])], first)])
 
 
 def row_kinds(mechanism: Mechanism, constraints: ConstraintSet) -> tuple[list[int], list[int], list[int]]:

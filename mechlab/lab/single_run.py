@@ -143,7 +143,7 @@ def complete(design: Design, recording: Recording, scene: Scene) -> Recording:
     entry = design.entry
     parameters = {i.name: getattr(design.parameters, i.name) for i in describe(entry.parameters)}
     level = recording.fidelity or scene.fidelity
-    shared = shared_finding(recording.mechanism, recording.channels)
+    shared = shared_finding(recording.mechanism, recording.q, recording.channels)
     health = recording.health + Health(motor_findings(scene, recording) + (() if shared is None else (shared,)))
     full = replace(
         recording, name=entry.name, fidelity=level, parameters=parameters, versions=versions(), health=health,

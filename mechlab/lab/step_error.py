@@ -6,8 +6,8 @@ Where that leaves the positions with more than the tolerance of the scene, or 2 
 h / 2: an error that is large only because 2 h is unstable is not one of the run. With kinks in the motion (impacts, dry
 friction, limits) two runs may agree by accident, and 4 h / 3 or 2 h / 3 is asked as well. Every run is as long as the scene:
 an estimate costs .75 of the run where the step is small enough, 1.2 where 2 h is just too much. The softness of MuJoCo's rows is in
-proportion to the step, so that the same runs show what it does to rates, and with them to accelerations and forces. Engines that control their steps
-are repeated at LOOSER times their tolerance.
+proportion to the step, so that the same runs show what it does to rates, and with them to accelerations and forces. Engines that
+control their steps are repeated at LOOSER times their tolerance.
 """
 
 from __future__ import annotations

@@ -51,7 +51,8 @@ class Reactions:
     LOOP_fx _fy _fz [N] and LOOP_mx _my _mz [N m] on body b at its end of the loop, world axes; no moments for spherical loops. LOOP_load
     [N] of a distance loop pushes its ends apart. All are those of rigid rows at the state (`HardRows`); a mechanism with a distance loop
     is read by `ExactDynamics`, which gives the loads of relations, distance loops and spherical loops. Rows that repeat others share
-    their load equally: in an overconstrained mechanism this says how the engine shares it, no more. slips: whether `slip` will be asked for.
+    their load equally: in an overconstrained mechanism this says how the engine shares it, no more. slips: whether `slip` will be
+    asked for.
     """
 
     def __init__(self, map_: MujocoMap, slips: bool = True) -> None:

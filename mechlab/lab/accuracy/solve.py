@@ -206,8 +206,8 @@ APART, CONFIRMATIONS, CONFIRMATIONS_OF_WAY = 0.01, 3, 8
 places where assembly modes meet, each method may go on, and settle, another way: there it is made sharper more often, until it differs by
 no more than what is asked for."""
 EXPLAINED = 1e-6
-"""Of a motion that is nearly rest, another method may not show even the APART share: a difference that is less than its own last change, and
-that change less than this share of the size of the mechanism, is its error and no other way."""
+"""Of a motion that is nearly rest, another method may not show even the APART share: a difference that is less than its own last
+change, and that change less than this share of the size of the mechanism, is its error and no other way."""
 ANOTHER_WAY = "two methods whose runs both get to the end are far apart there, as past a place where assembly modes meet"
 UNCONFIRMED_WAY = (
     "the run passes, or nearly, a place where assembly modes meet, and another method does not confirm the way: it differs, or still "
