@@ -11,8 +11,8 @@ spring nor damper, by the method of multipliers:
 
     J a' + R f' = R f - dJ/dt v      until      J a' + dJ/dt v = R (f - f')      is SMALL beside the accelerations
 
-One pass leaves R / (R + J M^-1 J^T) of the error, 1e-4 to 1e-2. Rows that repeat others share their load as the engine shares it;
-friction and the ends of ranges are solved along.
+One pass leaves R / (R + J M^-1 J^T) of the error, 1e-4 to 1e-2. How many it takes is seen at one of MEASURED samples. Rows that repeat
+others share their load as the engine shares it; friction and the ends of ranges are solved along.
 """
 
 from __future__ import annotations
@@ -21,43 +21,57 @@ import math
 
 import mujoco
 
+from mechlab.engines.mujoco.model import MujocoMap
 from mechlab.mechanism.geometry import Array
 
-SMALL, PASSES = 1e-8, 4
+SMALL, PASSES, MEASURED = 1e-6, 4, 16
+IMPLICIT = (mujoco.mjtIntegrator.mjINT_IMPLICIT, mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
 
 
 class HardRows:
     """See the module. The integrator `discrete` has no accelerations of a state, only differences of rates: it is left alone."""
 
-    def __init__(self, model: mujoco.MjModel) -> None:
-        self.model = model
-        self._discrete = int(model.opt.integrator) == int(mujoco.mjtIntegrator.mjINT_DISCRETE)
-        self._soft: dict[int, tuple[Array, Array]] = {}
-        self._before: tuple[Array, Array] | None = None
+    def __init__(self, map_: MujocoMap) -> None:
+        self.model, self._curves = map_.model, map_.curves
+        self._discrete = self.model.opt.integrator == mujoco.mjtIntegrator.mjINT_DISCRETE
+        self._implicit = self.model.opt.integrator in IMPLICIT
+        self._before: tuple[Array, Array | None] | None = None
+        self._passes, self._samples = 1, 0
 
     def solve(self, data: mujoco.MjData) -> None:
         """Put accelerations (`qacc`) and row forces of rigid rows into the data, after mj_forward; `put_back` undoes what a step that
-        goes on from there would see."""
-        count = data.ne
+        goes on from there would see. The rows have no stiffness and damping (`efc_KBIP`) afterwards."""
+        count, model = data.ne, self.model
         if not count or self._discrete:
             return
-        self._before = data.qacc.copy(), data.qfrc_constraint.copy()
-        if count not in self._soft:  # they change with the settings alone
-            terms = data.efc_KBIP[:count]
-            self._soft[count] = terms[:, 0] * terms[:, 2], terms[:, 1].copy()
-        stiffness, damping = self._soft[count]
-        rigid = data.efc_aref[:count] + stiffness * data.efc_pos[:count] + damping * data.efc_vel[:count]
-        compliance, force = data.efc_R[:count], data.efc_force[:count]
-        allowed = SMALL * math.hypot(*data.qacc.tolist())
-        for _ in range(PASSES):
-            given = compliance * force
-            data.efc_aref[:count] = rigid + given
-            mujoco.mj_fwdConstraint(self.model, data)
-            if math.hypot(*(given - compliance * force).tolist()) <= allowed:
+        self._before = data.qacc.copy(), data.qfrc_constraint.copy() if self._implicit else None
+        data.efc_KBIP[:count, :2] = 0.0
+        mujoco.mj_referenceConstraint(model, data)  # efc_aref = -dJ/dt v
+        if self._curves:
+            self._curves.put(data)
+        wanted, compliance, force = data.efc_aref, data.efc_R, data.efc_force
+        if len(wanted) > count:
+            wanted, compliance, force = wanted[:count], compliance[:count], force[:count]
+        measured = not self._samples % MEASURED
+        self._samples += 1
+        allowed = SMALL * math.hypot(*data.qacc.tolist()) if measured else 0.0
+        rest = given = compliance * force
+        for k in range(PASSES if measured else self._passes):
+            wanted += rest
+            mujoco.mj_fwdConstraint(model, data)
+            if not measured and k + 1 == self._passes:
                 break
+            found = compliance * force
+            rest, given = found - given, found
+            if measured:
+                self._passes = k + 1
+                if math.hypot(*rest.tolist()) <= allowed:
+                    break
 
     def put_back(self, data: mujoco.MjData) -> None:
         """Accelerations and joint forces of the soft rows again: a step goes on from the first with RK4, from both if it is implicit."""
         if self._before is not None:
-            data.qacc[:], data.qfrc_constraint[:] = self._before
+            data.qacc[:], forces = self._before
+            if forces is not None:
+                data.qfrc_constraint[:] = forces
             self._before = None

@@ -63,7 +63,7 @@ class Reactions:
         kept = ("spherical",) if self.distances else tuple(k for k in LOOP_ROWS if k != "distance")
         self._loops = [self._reader(x) for x in m.loops if x.kind in kept]
         self._exact = ExactDynamics(self.model) if self.distances else None
-        self._hard = HardRows(self.model)
+        self._hard = HardRows(map_)
         self._connectors = [r.connector for r in self._loops if r.connector >= 0]
         self._roots = self.model.body_rootid[self._connectors]
         self._turns = any(r.connector < 0 and r.loop.kind == "fixed" for r in self._loops)
@@ -102,6 +102,9 @@ class Reactions:
         if count not in self._ids:  # the rows of equalities keep their places while their number is the same
             self._ids[count] = data.efc_id[:count].copy()
         self._counts.append(count)
+        if self.relations and self._slips:
+            terms = data.efc_KBIP[:count]
+            self._kept["soft"].append(np.array([data.efc_pos[:count], data.efc_R[:count], terms[:, 0], terms[:, 2]]))
         if self._exact is not None:
             acceleration, reaction = self._exact.solve(data)
             self._kept["qacc"].append(acceleration)
@@ -111,9 +114,6 @@ class Reactions:
             self._kept["qacc"].append(data.qacc.copy())
         if self.names:
             self._kept["force"].append(data.efc_force[:count].copy())
-        if self.relations and self._slips:
-            terms = data.efc_KBIP[:count]
-            self._kept["soft"].append(np.array([data.efc_pos[:count], data.efc_R[:count], terms[:, 0], terms[:, 2]]))
         if len(self._sites):
             self._kept["place"].append(data.site_xpos[self._rows])
         if self._turns:

@@ -70,7 +70,7 @@ def test_accelerations_of_rigid_rows_by_linear_algebra(name: str) -> None:
     design = ml.load(name).for_scene(None)
     scene = design.scene()
     m = design.mechanism(scene.fidelity)
-    model, data = to_mujoco(m, PRESETS["accurate"])
+    model, data = to_mujoco(m, dataclasses.replace(PRESETS["accurate"], integrator="implicitfast"))
     map_, (q, v) = MujocoMap(m, model), initial_state(m, scene)
     data.qpos[:] = map_.engine_coordinates(q)
     data.qvel[:] = map_.engine_rates(data.qpos, v)
@@ -78,10 +78,10 @@ def test_accelerations_of_rigid_rows_by_linear_algebra(name: str) -> None:
     mujoco.mj_forward(model, data)
     soft, force = data.qacc.copy(), data.qfrc_constraint.copy()
     exact, _ = ExactDynamics(model).solve(data)
-    rows = HardRows(model)
+    rows = HardRows(map_)
     rows.solve(data)
     size = np.linalg.norm(exact)
-    assert np.linalg.norm(data.qacc - exact) < 1e-6 * size
+    assert np.linalg.norm(data.qacc - exact) < 1e-5 * size  # SMALL is 1e-6, of the rows
     assert np.linalg.norm(soft - exact) > 1e-5 * size
     rows.put_back(data)
     np.testing.assert_array_equal(data.qacc, soft)

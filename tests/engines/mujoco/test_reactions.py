@@ -10,9 +10,9 @@ from mechlab.experiment.laws import Constant
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.mechanism import Builder, ConstraintSet, Inertia, TreeKinematics, prismatic, revolute
 
-# The rows are rigid where they are read (SMALL of `hard_rows` is 1e-8); later the states are those of soft rows, a little open and with
+# The rows are rigid where they are read, to some 1e-6 (SMALL of `hard_rows`); later the states are those of soft rows, a little open and with
 # rates that open them more.
-START, LATER = 1e-7, 1e-4
+START, LATER = 1e-5, 1e-4
 
 
 def wrench_on_b(lab, m, q, v, tau):
