@@ -45,13 +45,13 @@ class HardRows:
         if not count or self._discrete:
             return
         self._before = data.qacc.copy(), data.qfrc_constraint.copy() if self._implicit else None
-        data.efc_KBIP[:count, :2] = 0.0
+        terms, wanted, compliance, force = data.efc_KBIP, data.efc_aref, data.efc_R, data.efc_force
+        if len(wanted) > count:
+            terms, wanted, compliance, force = terms[:count], wanted[:count], compliance[:count], force[:count]
+        terms.fill(0.0)
         mujoco.mj_referenceConstraint(model, data)  # efc_aref = -dJ/dt v
         if self._curves:
             self._curves.put(data)
-        wanted, compliance, force = data.efc_aref, data.efc_R, data.efc_force
-        if len(wanted) > count:
-            wanted, compliance, force = wanted[:count], compliance[:count], force[:count]
         measured = not self._samples % MEASURED
         self._samples += 1
         allowed = SMALL * math.hypot(*data.qacc.tolist()) if measured else 0.0

@@ -113,7 +113,8 @@ class Reactions:
             self._hard.solve(data)
             self._kept["qacc"].append(data.qacc.copy())
         if self.names:
-            self._kept["force"].append(data.efc_force[:count].copy())
+            force = data.efc_force
+            self._kept["force"].append(force.copy() if len(force) == count else force[:count].copy())
         if len(self._sites):
             self._kept["place"].append(data.site_xpos[self._rows])
         if self._turns:

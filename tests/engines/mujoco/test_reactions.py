@@ -10,8 +10,8 @@ from mechlab.experiment.laws import Constant
 from mechlab.experiment.scene import Scene, Settings
 from mechlab.mechanism import Builder, ConstraintSet, Inertia, TreeKinematics, prismatic, revolute
 
-# The rows are rigid where they are read, to some 1e-6 (SMALL of `hard_rows`); later the states are those of soft rows, a little open and with
-# rates that open them more.
+# The rows are rigid where they are read, to some 1e-6 (SMALL of `hard_rows`); later the states are those of soft rows, a little open and
+# with rates that open them more.
 START, LATER = 1e-5, 1e-4
 
 
