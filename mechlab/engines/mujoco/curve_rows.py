@@ -5,10 +5,10 @@ callback the state is that of the stage, so that the row of a curve is made anew
 
     efc_pos = q_b - f(q_a)     efc_J = e_b - f' e_a     efc_vel = J v     efc_aref = -B efc_vel - K d efc_pos + f'' v_a^2
 
-The last term is dJ/dt v, which the engine itself leaves out of the rows of all its equalities: accelerations and forces of curves are
-right at every stage, not only after the soft row has settled. Nothing lags, at no stage of RK4. The equality of the model is kept at the
-quadratic about the state, for whoever evaluates the model without the callback (`MujocoState`, `Closure`), and for the softness of the
-row, which goes with its slope (diagexact).
+The last term is -dJ/dt v, which the engine has in the rows of connects and welds, not in those of joints: accelerations and forces of
+curves are right at every stage, not only after the soft row has settled. Nothing lags, at no stage of RK4. The equality of the model is
+kept at the quadratic about the state, for whoever evaluates the model without the callback (`MujocoState`, `Closure`), and for the
+softness of the row, which goes with its slope (diagexact).
 
 Islands are switched off in such a model: the engine copies the rows of an island before the callback.
 """
