@@ -158,7 +158,7 @@ def _void_loads(mechanism: Mechanism, q: Array, channels: Mapping[str, Array]) -
         idle = [row in void for row in item.rows]
         if not isinstance(item, LoopConstraint) or item.loop.kind == "spherical" or f"{item.name}_fx" not in channels or not any(idle):
             continue
-        for k in {0, len(q) // 2, len(q) - 1}:
+        for k in (k for k in {0, len(q) // 2, len(q) - 1} if np.all(np.isfinite(q[k]))):
             frame_a, _, frame_b, _ = item.ends(TreeKinematics(mechanism, q[k]))
             load = [channels[n][k] if (n := f"{item.name}_{x}") in channels else 0.0 for x in WRENCH]
             wrenches = np.array([_wrench(row.rsplit(".", 1)[1], frame_a, frame_b) for row in item.rows]).T
