@@ -17,10 +17,11 @@ from mechlab.experiment.assembly_modes import UNWATCHED, mode_finding
 from mechlab.experiment.laws import Law
 from mechlab.experiment.recording import Finding, limit_finding
 from mechlab.mechanism.constraints import ConstraintSet, LoopConstraint
-from mechlab.mechanism.geometry import Array, cross
+from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.kinematics import TreeKinematics
 from mechlab.mechanism.many_states import ManyStates
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import FORCES, MOMENTS
 from mechlab.mechanism.state_rows import state_rows
 from mechlab.mechanism.structure import redundancies, shared_loads
 
@@ -35,7 +36,6 @@ VOID = (
 )
 VOID_SHARE = 1e-6
 """Share of the largest load of a loop beyond which a part of it is more than rounding."""
-WRENCH = ("fx", "fy", "fz", "mx", "my", "mz")
 RESTART_JUMP = 0.5
 """Share of the largest distance from the reference so far: a step back of more than that may be a restart."""
 
@@ -159,22 +159,13 @@ def _void_loads(mechanism: Mechanism, q: Array, channels: Mapping[str, Array]) -
         if not isinstance(item, LoopConstraint) or item.loop.kind == "spherical" or f"{item.name}_fx" not in channels or not any(idle):
             continue
         for k in (k for k in {0, len(q) // 2, len(q) - 1} if np.all(np.isfinite(q[k]))):
-            frame_a, _, frame_b, _ = item.ends(TreeKinematics(mechanism, q[k]))
-            load = [channels[n][k] if (n := f"{item.name}_{x}") in channels else 0.0 for x in WRENCH]
-            wrenches = np.array([_wrench(row.rsplit(".", 1)[1], frame_a, frame_b) for row in item.rows]).T
-            along = np.abs(np.linalg.lstsq(wrenches, np.array(load), rcond=None)[0])
+            load = np.array([channels[n][k] if (n := f"{item.name}_{x}") in channels else 0.0 for x in (*FORCES, *MOMENTS)])
+            wrenches = item.wrenches(TreeKinematics(mechanism, q[k]))
+            along = np.abs(np.linalg.lstsq(wrenches.T, load, rcond=None)[0])
             if np.max(along, where=idle, initial=0.0) > VOID_SHARE * np.max(along):
                 found.append(item.name)
                 break
     return found
-
-
-def _wrench(code: str, frame_a: Array, frame_b: Array) -> Array:
-    """(6,) force and moment on body b of a unit load of a row: along an axis of a, or about the common normal of axes of a and b."""
-    first = frame_a[:, "xyz".index(code[0])]
-    if len(code) == 1:
-        return np.concatenate([first, np.zeros(3)])
-    return np.concatenate([np.zeros(3), cross(frame_b[:, "xyz".index(code[2])], first)])
 
 
 def row_kinds(mechanism: Mechanism, constraints: ConstraintSet) -> tuple[list[int], list[int], list[int]]:

@@ -110,6 +110,16 @@ class LoopConstraint:
         out += [cross(ra[:, AXES.index(u)], rb[:, AXES.index(w)]).dot(turning) for u, w in angles]
         return np.array(out)
 
+    def wrenches(self, kin: Kinematics) -> Array:
+        """(rows, 6) force and moment on body b, about the origin of its end, of a unit reaction of each row where the loop is closed."""
+        ra, _, rb, _ = self.ends(kin)
+        offsets, angles = _LOOP_TABLE[self.loop.kind]
+        out = np.zeros((len(self.rows), 6))
+        out[: len(offsets), :3] = [ra[:, AXES.index(u)] for u in offsets]
+        if angles:
+            out[len(offsets) :, 3:] = [cross(rb[:, AXES.index(w)], ra[:, AXES.index(u)]) for u, w in angles]
+        return out
+
     def bias(self, kin: Kinematics) -> Array:
         """(rows,) dJ/dt v."""
         ra, pa, rb, pb = self.ends(kin)

@@ -89,6 +89,8 @@ MAX_SHAPES = 10_000
 JOINT_KINDS = ("revolute", "prismatic", "spherical")
 LOOP_ROWS = {"spherical": 3, "revolute": 5, "universal": 4, "cylindrical": 4, "prismatic": 5, "fixed": 6, "distance": 1}
 """Kinds of Loop, named after the joint they stand for, and their number of constraint rows."""
+FORCES, MOMENTS = ("fx", "fy", "fz"), ("mx", "my", "mz")
+"""Parts of a load, in world axes: the ends of the names of its channels."""
 
 
 @explained

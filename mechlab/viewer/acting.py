@@ -12,11 +12,11 @@ from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import GROUND, Mechanism
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.many_poses import ManyPoses
+from mechlab.mechanism.parts import FORCES, MOMENTS
 from mechlab.viewer.facing import plane_normal
 from mechlab.viewer.story import Arrow, Part
 
 MOST_ARROWS = 12
-FORCES, MOMENTS = ("fx", "fy", "fz"), ("mx", "my", "mz")
 INSIDE = 0.02
 """A joint belongs to a part whose box it leaves by less than this share of the box's diagonal."""
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+import mechlab as ml
 from mechlab.mechanism import ConstraintSet, TreeKinematics, integrate
 from mechlab.mechanism.geometry import Placement
 from mechlab.mechanism.parts import LOOP_ROWS
@@ -66,3 +67,16 @@ def test_rows_are_written_in_frame_a() -> None:
     r1 = ConstraintSet(m).residual(TreeKinematics(m, q))
     r2 = ConstraintSet(other).residual(TreeKinematics(other, q))
     np.testing.assert_allclose(r2, [r1[1], -r1[0], r1[2]], atol=1e-15)
+
+
+@pytest.mark.parametrize("name", ["fourbar", "oldham", "watt_governor", "bennett", "cardan"])
+def test_power_of_a_unit_reaction_is_the_rate_of_its_row(name: str) -> None:
+    """Where a loop is closed: force . (v_b - v_a) + moment . (w_b - w_a) = J v, for any rates."""
+    design = ml.load(name)
+    m = design.mechanism(design.scene().fidelity)
+    v = np.random.default_rng(5).standard_normal(m.nv)
+    tree, constraints = TreeKinematics(m, m.reference(), v), ConstraintSet(m)
+    rates, (item,) = constraints.jacobian(tree) @ v, constraints.items[:1]
+    _, point_a, _, point_b = item.ends(tree)
+    relative = tree.velocity(item.loop.body_b, point_b) - tree.velocity(item.loop.body_a, point_a)
+    np.testing.assert_allclose(item.wrenches(tree) @ relative, rates[constraints.slices[item.name]], atol=1e-9)

@@ -25,6 +25,8 @@ from mechlab.engines.mujoco.model import MujocoMap
 from mechlab.mechanism.geometry import Array
 
 SMALL, PASSES, MEASURED = 1e-6, 4, 16
+"""What is left, as a share of the accelerations: the rates of the samples are off by 1e-5 themselves. Most passes for it, and of how many
+samples one is measured."""
 IMPLICIT = (mujoco.mjtIntegrator.mjINT_IMPLICIT, mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
 
 

@@ -28,9 +28,7 @@ from mechlab.formats.mjcf.write_loops import axis_name, axis_site_names, connect
 from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array, cross
 from mechlab.mechanism.model import Mechanism
-from mechlab.mechanism.parts import LOOP_ROWS, Loop
-
-FORCES, MOMENTS = ("fx", "fy", "fz"), ("mx", "my", "mz")
+from mechlab.mechanism.parts import FORCES, LOOP_ROWS, MOMENTS, Loop
 
 
 @dataclass(frozen=True)
@@ -49,10 +47,10 @@ class Reactions:
 
     Channels: RELATION_load, conjugate to the relation's sum [N m, or N: its first joint slides]; CURVE_load on its output;
     LOOP_fx _fy _fz [N] and LOOP_mx _my _mz [N m] on body b at its end of the loop, world axes; no moments for spherical loops. LOOP_load
-    [N] of a distance loop pushes its ends apart. All are those of rigid rows at the state (`HardRows`); a mechanism with a distance loop
-    is read by `ExactDynamics`, which gives the loads of relations, distance loops and spherical loops. Rows that repeat others share
-    their load equally: in an overconstrained mechanism this says how the engine shares it, no more. slips: whether `slip` will be
-    asked for.
+    [N] of a distance loop pushes its ends apart. All are those of rigid rows at the state, but with the integrator `discrete`
+    (`HardRows`); a mechanism with a distance loop is read by `ExactDynamics`, which gives the loads of relations, distance loops and
+    spherical loops. Rows that repeat others share their load equally: in an overconstrained mechanism this says how the engine shares it,
+    no more. slips: whether `slip` will be asked for.
     """
 
     def __init__(self, map_: MujocoMap, slips: bool = True) -> None:

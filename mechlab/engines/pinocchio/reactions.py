@@ -18,6 +18,7 @@ from mechlab.experiment.recording import force_unit, over_samples, run_channels
 from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism.geometry import Array, cross
 from mechlab.mechanism.model import Mechanism
+from mechlab.mechanism.parts import FORCES, MOMENTS
 from mechlab.mechanism.statics import spring_pull
 
 
@@ -185,9 +186,6 @@ def loop_loads(mechanism: Mechanism, q: Array, v: Array, force: Array) -> LoopLo
             out.force[loop.name][k] = wrench.force
             out.velocity[loop.name][k] = plant.kin.velocity(loop.body_b, wrench.point)[:3]
     return out
-
-
-FORCES, MOMENTS = ("fx", "fy", "fz"), ("mx", "my", "mz")
 
 
 def channels(

@@ -22,6 +22,7 @@ from mechlab.lazy_dataclass import dataclass
 from mechlab.mechanism import Mechanism
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.length_unit import is_length
+from mechlab.mechanism.parts import FORCES, MOMENTS
 from mechlab.mechanism.structure import shared_loads
 from mechlab.results import Result
 from mechlab.studies.cycle.quantities import (
@@ -296,7 +297,7 @@ def _motion(m: Mechanism, q: Array, v: Array, a: Array) -> tuple[dict[str, Array
 
 def _vanishes(name: str, values: Array, m: Mechanism) -> bool:
     force = name.rsplit("_", 1)[-1]
-    if force in ("fx", "fy", "fz", "mx", "my", "mz") or force in ("x", "y", "z"):
+    if force in (*FORCES, *MOMENTS, "x", "y", "z"):
         return not np.any(np.abs(values) >= ZERO * max(1.0, m.total_mass))
     return False
 

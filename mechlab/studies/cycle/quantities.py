@@ -19,8 +19,8 @@ from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.length_unit import is_length
 from mechlab.mechanism.many_motion import ManyMotion
 from mechlab.mechanism.many_poses import ManyPoses
+from mechlab.mechanism.parts import FORCES, MOMENTS
 
-PARTS = ("fx", "fy", "fz", "mx", "my", "mz")
 COMPARED = 9
 
 
@@ -50,7 +50,7 @@ def reactions(m: Mechanism, drive: str, accel: float, q: Array, v: Array, load: 
         units[f"{curve.name}_load"] = "N" if curve.output in m.slides else "N m"
     for name, table in forces.items():
         key = name if f"{name}_fx" not in columns else f"{name}_joint"
-        for k, part in enumerate(PARTS):
+        for k, part in enumerate((*FORCES, *MOMENTS)):
             columns[f"{key}_{part}"] = table[:, k]
             units[f"{key}_{part}"] = "N" if k < 3 else "N m"
         columns[f"{key}_reaction"] = np.linalg.norm(table[:, :3], axis=1)
