@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.clock import spent_on
+from mechlab.engines.mujoco.curve_rows import evaluating
 from mechlab.engines.mujoco.model import file_size
 from mechlab.engines.mujoco.plant import MujocoSmallMotions, StateOfMujoco
-from mechlab.engines.mujoco.reactions import motion_forces
+from mechlab.engines.mujoco.reactions import Reactions, motion_forces
 from mechlab.engines.mujoco.solve_newton import (
     accelerations_of,
     assemble,
@@ -125,11 +126,14 @@ class Mujoco(Engine):
         return MUJOCO
 
     def accelerations(self, mechanism: Mechanism, q: ArrayLike, v: ArrayLike, force: ArrayLike | None = None) -> Array:
-        """qacc of mj_forward, with the engine's soft rows."""
+        """qacc of mj_forward, with rigid rows in place of the engine's soft ones (`Reactions`), and the model's dry friction."""
         plant = StateOfMujoco(mechanism)
         if force is not None:
             plant.data.qfrc_applied[plant.map.dof] = np.asarray(force, dtype=float)
-        return plant.map.rates(plant.set(q, v).data.qacc).copy()
+        found, data = Reactions(plant.map, slips=False, alone=True), plant.set(q, v).data
+        with evaluating(plant.map.curves, data):
+            found.keep(data)
+        return found.accelerations()[0]
 
 
 ENGINES = {"mujoco": Mujoco()}

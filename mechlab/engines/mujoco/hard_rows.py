@@ -27,13 +27,16 @@ from mechlab.mechanism.geometry import Array
 SMALL, PASSES, MEASURED = 1e-6, 4, 16
 """What is left, as a share of the accelerations: the rates of the samples are off by 1e-5 themselves. Most passes for it, and of how many
 samples one is measured."""
+EXACT, MANY = 1e-10, 20
+"""The same for a state asked alone."""
 IMPLICIT = (mujoco.mjtIntegrator.mjINT_IMPLICIT, mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
 
 
 class HardRows:
     """See the module. The integrator `discrete` has no accelerations of a state, only differences of rates: it is left alone."""
 
-    def __init__(self, map_: MujocoMap) -> None:
+    def __init__(self, map_: MujocoMap, small: float = SMALL, passes: int = PASSES) -> None:
+        self._small, self._most = small, passes
         self.model, self._curves = map_.model, map_.curves
         self._discrete = self.model.opt.integrator == mujoco.mjtIntegrator.mjINT_DISCRETE
         self._implicit = self.model.opt.integrator in IMPLICIT
@@ -56,9 +59,9 @@ class HardRows:
             self._curves.put(data)
         measured = not self._samples % MEASURED
         self._samples += 1
-        allowed = SMALL * math.hypot(*data.qacc.tolist()) if measured else 0.0
+        allowed = self._small * math.hypot(*data.qacc.tolist()) if measured else 0.0
         rest = given = compliance * force
-        for k in range(PASSES if measured else self._passes):
+        for k in range(self._most if measured else self._passes):
             wanted += rest
             mujoco.mj_fwdConstraint(model, data)
             if not measured and k + 1 == self._passes:

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from mechlab.engines.mujoco.closure import ExactDynamics
-from mechlab.engines.mujoco.hard_rows import HardRows
+from mechlab.engines.mujoco.hard_rows import EXACT, MANY, HardRows
 from mechlab.engines.mujoco.model import Indices, MujocoMap, passive, to_mujoco
 from mechlab.engines.state import MotionForces
 from mechlab.errors import MechlabError, NoSolution
@@ -50,10 +50,10 @@ class Reactions:
     [N] of a distance loop pushes its ends apart. All are those of rigid rows at the state, but with the integrator `discrete`
     (`HardRows`); a mechanism with a distance loop is read by `ExactDynamics`, which gives the loads of relations, distance loops and
     spherical loops. Rows that repeat others share their load equally: in an overconstrained mechanism this says how the engine shares it,
-    no more. slips: whether `slip` will be asked for.
+    no more. slips: whether `slip` will be asked for. alone: one state, with rigid rows to rounding.
     """
 
-    def __init__(self, map_: MujocoMap, slips: bool = True) -> None:
+    def __init__(self, map_: MujocoMap, slips: bool = True, alone: bool = False) -> None:
         self.map, self.model, self._slips = map_, map_.model, slips
         m = map_.mechanism
         self.relations = tuple(x.name for x in m.couplings)
@@ -61,7 +61,7 @@ class Reactions:
         kept = ("spherical",) if self.distances else tuple(k for k in LOOP_ROWS if k != "distance")
         self._loops = [self._reader(x) for x in m.loops if x.kind in kept]
         self._exact = ExactDynamics(self.model) if self.distances else None
-        self._hard = HardRows(map_)
+        self._hard = HardRows(map_, EXACT, MANY) if alone else HardRows(map_)
         self._connectors = [r.connector for r in self._loops if r.connector >= 0]
         self._roots = self.model.body_rootid[self._connectors]
         self._turns = any(r.connector < 0 and r.loop.kind == "fixed" for r in self._loops)
