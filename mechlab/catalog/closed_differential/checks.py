@@ -94,10 +94,19 @@ def predicted_lag(p: Parameters, fidelity: str, settings: Settings | None = None
     (default: the preset `accurate`) make them."""
     chosen = settings or PRESETS["accurate"]
     solref, solimp = chosen.solref or (0.02, 1.0), chosen.solimp or (0.9, 0.95, 0.001, 0.5, 2.0)
-    made = machine("numpy", p, fidelity)
-    force = made.applied(w_H1=p.M_H1, w_H2=-p.M_H2)
-    lag = closed.predicted_lag(made.mass, made.rows, force, solref[0], solimp[1], solref[1])
-    return dict(zip([r.name for r in made.mechanism.relations], lag.tolist(), strict=True))
+    count = {"parts": 1, "full": p.planets}[fidelity]
+    masses, force = [p.J14, p.J36], [0.0, 0.0]  # of absolute speeds: the blocks, then each carrier and its planets
+    meshes: dict[str, dict[int, float]] = {}
+    for s, moment in zip(p.stages, (p.M_H1, -p.M_H2), strict=True):
+        (sun, pinion, ring), arm = s.teeth, len(masses)
+        masses += [s.carrier_inertia + s.planets * s.planet_mass * s.radius**2, *count * [s.planet_inertia * s.planets / count]]
+        force += [moment, *count * [0.0]]
+        for k in range(1, count + 1):
+            for block, ratio in enumerate((pinion / sun, -pinion / ring)):  # Willis: w_block - w_H = -ratio (w_planet - w_H)
+                meshes[f"{s.meshes[block]}_{k}"] = {block: 1.0, arm: -1.0 - ratio, arm + k: ratio}
+    rows = np.array([[row.get(k, 0.0) for k in range(len(masses))] for row in meshes.values()])
+    lag = closed.predicted_lag(np.diag(masses), rows, force, solref[0], solimp[1], solref[1])
+    return dict(zip(meshes, lag.tolist(), strict=True))
 
 
 def warnings(p: Parameters) -> tuple[str, ...]:

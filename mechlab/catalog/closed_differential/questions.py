@@ -91,7 +91,7 @@ def mesh_sums(loads: Mapping[str, float]) -> dict[str, float]:
 
 @lru_cache(maxsize=64)
 def machine(implementation: str, p: Parameters, fidelity: str) -> Machine:
-    """The machine of "numpy" (for checks and the predicted lag) or of an engine; raises EngineMissing when that is not installed."""
+    """The machine of "numpy" (for checks) or of an engine; raises EngineMissing when that is not installed."""
     m = build(p, fidelity)
     plant = engine(implementation).plant(m)
     return Machine(m, plant.mass_matrix().copy(), plant.relation_rows())
