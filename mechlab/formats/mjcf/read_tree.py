@@ -188,6 +188,9 @@ def _body(
         kinds = tuple(KINDS.get(j.get("type", "hinge"), "") for j in element.findall("joint"))
         tree.connectors[given.removesuffix(":connector")] = (parent, kinds)
         return
+    if source.ours and given.endswith(":holder"):
+        _content(source, tree, element, parent, placement, childclass)
+        return
     joints = (*before, *_joints(source, tree, element, childclass, given))
     if source.ours and ":stage" in given:
         child = element.find("body")

@@ -111,11 +111,12 @@ def to_mjcf(
         )
     )
     add(root, "compiler", angle="radian", autolimits="true", fusestatic="false")
-    _option(root, m, s, tree, size)
+    _option(root, m, s)
     add(add(root, "custom"), "text", name="written_by", data="mechlab")
     _defaults(root, contacts)
     meshes = _assets(root, files)
-    write_tree(root, m, s, plan, loops.loop_ends(m, plan, size), meshes, files, size, not bare)
+    held = loops.holders(tree, plan, size)
+    write_tree(root, m, s, plan, held, loops.loop_ends(m, plan, size, held), meshes, files, size, not bare)
     drives.write_tendons(root, m, s, size)
     loops.write_equalities(root, m, plan, s)
     controls = drives.write_actuators(root, m, size, not bare)
@@ -125,13 +126,12 @@ def to_mjcf(
     return text(root)
 
 
-def _option(root: ET.Element, m: Mechanism, s: Settings, tree: TreeKinematics, size: float) -> None:
+def _option(root: ET.Element, m: Mechanism, s: Settings) -> None:
     """The <option> element. jacobian="dense", because the sparse factorization of MuJoCo 4.0.0 returns wrong accelerations (its issue
-    3767). diagexact where a loop joins bodies that only turn about their centres of mass (see `loops.joins_still_masses`), and for
-    curves, whose softness would else not know their slope."""
+    3767). diagexact for curves, whose softness would else not know their slope."""
     integrator = s.integrator if s.integrator in MUJOCO_INTEGRATORS else "RK4"
     option = add(root, "option", timestep=s.timestep, gravity=m.gravity, integrator=integrator, jacobian="dense")
-    exact = "enable" if m.curves or loops.joins_still_masses(tree, size) else None
+    exact = "enable" if m.curves else None
     add(option, "flag", clampctrl=None if drives.clamps(m) else "disable", autoreset="disable", diagexact=exact)
 
 

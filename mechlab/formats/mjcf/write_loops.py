@@ -27,6 +27,7 @@ from __future__ import annotations
 import math
 import xml.etree.ElementTree as ET
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -71,6 +72,11 @@ def axis_name(loop: str) -> str:
 def connector_name(loop: str) -> str:
     """Connector body of a universal, cylindrical or prismatic loop; its joints are NAME:1, NAME:2."""
     return f"{loop}:connector"
+
+
+def holder_name(loop: str) -> str:
+    """Welded body of an end of a loop: see `holders`."""
+    return f"{loop}:holder"
 
 
 def connector_joint(loop: str, number: int) -> str:
@@ -169,25 +175,34 @@ STILL = 1e-3
 """A centre of mass is taken to stand still where all joints move it by less than this, relative to the size of the mechanism."""
 
 
-def joins_still_masses(tree: TreeKinematics, size: float) -> bool:
-    """Whether a pinned loop joins bodies whose centres of mass no joint moves, in the reference pose, as the cross of a cardan joint.
+def holders(tree: TreeKinematics, plan: tuple[ConnectorBody, ...], size: float) -> dict[str, tuple[str, Placement]]:
+    """Loop -> the body, and where in it [m], of the pins that join bodies whose centres of mass no joint moves in the reference pose, as
+    the cross of a cardan joint.
 
     MuJoCo scales the softness of a pin by how easily forces move the two centres of mass, in that pose. Where they do not, it becomes 0:
-    the row is stiffer than numbers can be, and the run breaks. The flag diagexact scales by the row itself.
+    the row is stiffer than numbers can be, and the run breaks. So the pin's end stands in a welded body without mass, whose centre of
+    mass lies on the axis, as far out as its second end. The flag diagexact, which scales by the row itself, breaks where the axis comes
+    to lie along an axis of the world: the row along it is then as good as 0.
     """
+    along, out = Placement((0.0, 0.0, size)), dict[str, tuple[str, Placement]]()
+    cut = {c.loop.name for c in plan}
+    for loop in tree.mechanism.loops:
+        pinned = loop.kind in ("spherical", "revolute") and loop.name not in cut
+        if pinned and all(_still(tree, x, size) for x in (loop.body_a, loop.body_b)):
+            body, at = (loop.body_b, loop.placement_b) if loop.body_a == GROUND else (loop.body_a, loop.placement_a)
+            out[loop.name] = body, at @ along
+    return out
+
+
+def _still(tree: TreeKinematics, body: str, size: float) -> bool:
+    if body == GROUND:
+        return True
     m = tree.mechanism
-    pinned = [x for x in m.loops if x.kind in ("spherical", "revolute")]
-
-    def still(body: str) -> bool:
-        if body == GROUND:
-            return True
-        rotation, origin = tree.pose(body)
-        centre = origin + rotation @ np.array(m.body(body).inertia.com)
-        way = tree.jacobian(body, centre)[:3]
-        slides = [m.v_slice[j.name].start for j in m.joints if j.kind == "prismatic"]
-        return bool(np.all(np.delete(np.linalg.norm(way, axis=0), slides) < STILL * size) and not np.any(way[:, slides]))
-
-    return any(still(x.body_a) and still(x.body_b) for x in pinned)
+    rotation, origin = tree.pose(body)
+    centre = origin + rotation @ np.array(m.body(body).inertia.com)
+    way = tree.jacobian(body, centre)[:3]
+    slides = [m.v_slice[j.name].start for j in m.joints if j.kind == "prismatic"]
+    return bool(np.all(np.delete(np.linalg.norm(way, axis=0), slides) < STILL * size) and not np.any(way[:, slides]))
 
 
 def spread(tree: TreeKinematics) -> float:
@@ -205,14 +220,18 @@ def spread(tree: TreeKinematics) -> float:
     return float(f"{extent / 2.0:.2g}") if extent > 1e-6 else 0.1
 
 
-def loop_ends(m: Mechanism, plan: tuple[ConnectorBody, ...], distance: float) -> dict[str, list[tuple[str, Placement]]]:
-    """MJCF body name -> the sites (name, placement) that the loops and springs need in it."""
+def loop_ends(
+    m: Mechanism, plan: tuple[ConnectorBody, ...], distance: float, held: Mapping[str, tuple[str, Placement]]
+) -> dict[str, list[tuple[str, Placement]]]:
+    """MJCF body name -> the sites (name, placement) that the loops and springs need in it. held: `holders`."""
     out: dict[str, list[tuple[str, Placement]]] = {}
     cut = {c.loop.name: c for c in plan}
     along = Placement((0.0, 0.0, distance))
     for loop in m.loops:
         end_a, end_b = site_names(loop.name)
         a, b = body_name(loop.body_a), body_name(loop.body_b)
+        if loop.name in held:
+            a, b = (a, holder_name(loop.name)) if loop.body_a == GROUND else (holder_name(loop.name), b)
         out.setdefault(a, []).append((end_a, loop.placement_a))
         out.setdefault(b, []).append((end_b, loop.placement_b))
         if loop.name in cut:

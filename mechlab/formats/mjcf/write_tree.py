@@ -33,6 +33,7 @@ def write_tree(
     m: Mechanism,
     s: Settings,
     plan: tuple[ConnectorBody, ...],
+    held: Mapping[str, tuple[str, Placement]],
     sites: Mapping[str, list[tuple[str, Placement]]],
     meshes: Mapping[str, str],
     mesh_files: MeshFiles,
@@ -69,6 +70,9 @@ def write_tree(
             add(element, "joint", name=names.connector_joint(c.loop.name, k + 1), type=kind, axis=axis)
         _inertial(element, c.inertia, True)
         elements[names.connector_name(c.loop.name)] = element
+    for loop, (body, at) in held.items():
+        element = elements[names.holder_name(loop)] = add(elements[body], "body", name=names.holder_name(loop))
+        add(element, "inertial", pos=at.position, mass=0.0, diaginertia=(0.0, 0.0, 0.0))
     by_mjcf_name = {e.get("name"): e for e in elements.values()}
     for frame in m.frames:
         element = elements[frame.body]
