@@ -30,7 +30,7 @@ ENTRY = planar_entry(
     "chebyshev", "Chebyshev's straight-line linkage", "straight-line",
     summary="Crossed rockers 5, ground 4, coupler 2: the middle of the coupler goes nearly straight over the ground line.",
     use="A straight guide without a slide; the problem from which Chebyshev's approximation theory grew.",
-    origin="Pafnuty Chebyshev, 1853", parameters=Parameters, linkage=linkage, width=lambda p: 0.06 * p.ground,
+    origin="Pafnuty Chebyshev, 1853", parameters=Parameters, linkage=linkage, timestep=5e-4, width=lambda p: 0.06 * p.ground,
     path=lambda p: {"left_angle": (math.atan2(3, 4) + 0.02, math.pi / 2)}, links=("coupler", "right"), points=("P",), sliders=("ground",),
     plots=(PlotRecipe("middle of the coupler", ("P_x", "P_z")),),
     outside=(

@@ -39,7 +39,7 @@ PLANAR = Planar(
     name="fivebar", summary="planar five-bar, two drives", linkage=linkage, cranks=("left", "right"),
     start=lambda p: {"left": 2.2, "right": 1.1}, speeds=lambda p: {"left": p.speed, "right": p.speed},
     style=lambda p: Style(p.mass_per_length, gravity=p.gravity, width=0.08 * p.rod_left),
-    points=("P",), links=("rod_left", "rod_right"),
+    points=("P",), links=("rod_left", "rod_right"), released=0.25,
 )  # fmt: skip
 
 ENTRY = Entry(

@@ -37,7 +37,7 @@ ENTRY = planar_entry(
     "geared_fivebar", "Geared five-bar", "dwell",
     summary="Five bars and a pair of gears: one freedom; as mirror images the cranks guide P straight.",
     use="Coupler curves beyond those of a four-bar; straight guides without side load.",
-    origin="studied by Artobolevsky and by Freudenstein and Primrose, 1963", parameters=Parameters, linkage=linkage,
+    origin="studied by Artobolevsky and by Freudenstein and Primrose, 1963", parameters=Parameters, linkage=linkage, released=0.5,
     path=lambda p: {"left_angle": (0.5 * math.pi, 2.5 * math.pi)}, width=lambda p: 0.2 * p.crank, links=("rod_left", "rod_right"),
     points=("P",), sliders=("crank", "rod"), plots=(PlotRecipe("point P", ("P_z",)),),
     outside=(

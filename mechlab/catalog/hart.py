@@ -39,7 +39,8 @@ def line(p: Parameters) -> float:
 
 ENTRY = planar_entry(
     "hart", "Hart's inversor", "straight-line", summary="An antiparallelogram that inverts a circle: six bars, an exact straight line.",
-    use="Exact straight guide with the fewest bars that invert.", origin="Harry Hart, 1874", parameters=Parameters, linkage=linkage,
+    use="Exact straight guide with the fewest bars that invert.", origin="Harry Hart, 1874", parameters=Parameters,
+    linkage=linkage, released=0.25,
     path=lambda p: {"crank_angle": (-p.swing, p.swing)}, width=lambda p: 0.04 * p.long, links=("ab", "cd"), points=("P", "R"),
     sliders=("long", "short"), plots=(PlotRecipe("point R", ("R_x", "R_z")),),
     outside=(Outside("x of the line", "m", line, lambda p, m: farthest(m["R_x"], line(p)), 1e-9, "diagonals of the antiparallelogram"),),

@@ -33,7 +33,7 @@ ENTRY = planar_entry(
     "hoeken", "Hoeken's linkage", "straight-line",
     summary="Four-bar 2 : 1 : 2.5 whose coupler end goes straight at nearly constant speed for half a turn.",
     use="Walking machines, feeders and wave simulators that need an even straight stroke from a turning crank.",
-    origin="Karl Hoecken, 1926", parameters=Parameters, linkage=linkage, path=lambda p: {"crank_angle": (0.0, 2.0 * math.pi)},
+    origin="Karl Hoecken, 1926", parameters=Parameters, linkage=linkage, released=1.0, path=lambda p: {"crank_angle": (0.0, 2.0 * math.pi)},
     width=lambda p: 0.1 * p.rocker, links=("coupler", "rocker"), points=("P",), sliders=("crank", "ground"),
     plots=(PlotRecipe("end of the coupler", ("P_x", "P_z")),),
     outside=(

@@ -42,7 +42,7 @@ def lowest(p: Parameters) -> complex:
 ENTRY = planar_entry(
     "jansen", "Jansen's leg", "walking", summary="Eleven bars in Jansen's proportions: the foot steps along a nearly flat line.",
     use="Walking sculptures driven by the wind; legs without sensors.", origin="Theo Jansen, 1990", parameters=Parameters,
-    linkage=linkage, path=lambda p: {"crank_angle": (0.0, 2 * math.pi)}, width=lambda p: 3.0 * p.unit, links=("b", "c", "g"),
+    linkage=linkage, path=lambda p: {"crank_angle": (0.0, 2 * math.pi)}, timestep=5e-4, width=lambda p: 3.0 * p.unit, links=("b", "c", "g"),
     points=("foot",), sliders=("unit",), plots=(PlotRecipe("foot", ("foot_x", "foot_z")),),
     outside=(
         Outside("x of the foot with the crank at 0", "m", lambda p: lowest(p).real, lambda p, m: float(m["foot_x"][0]), 1e-9,

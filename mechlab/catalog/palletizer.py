@@ -33,7 +33,7 @@ ENTRY = planar_entry(
     "palletizer", "Palletizing arm", "lift",
     summary="Two cranks at the base, parallelograms to the wrist: the tool stays level without a drive.",
     use="Robots that stack boxes; excavators and desk lamps share the idea.", origin="Fujiyusoki Kogyo palletizing robots, 1980s",
-    parameters=Parameters, linkage=linkage, path=lambda p: {"arm_angle": (1.3, 0.9), "crank_angle": (2.9, 2.5)},
+    parameters=Parameters, linkage=linkage, released=0.25, path=lambda p: {"arm_angle": (1.3, 0.9), "crank_angle": (2.9, 2.5)},
     width=lambda p: 0.25 * p.level, links=("forearm", "tool"), points=("W",), sliders=("upper", "fore"),
     plots=(PlotRecipe("wrist", ("W_x", "W_z")),),
     outside=(

@@ -43,7 +43,7 @@ ENTRY = builder_entry(
     "parallel_guide", "Compliant parallel guide", "compliant",
     summary="Two flexures as pinned bars with torsion springs: a stage that shifts without turning.",
     use="Precision stages, microsystems, watch parts.", origin="pseudo-rigid-body model: Larry Howell and Ashok Midha, 1994",
-    parameters=Parameters, build=build, path=lambda p: {"bend": (0.0, p.bend)}, sliders=("flexure",),
+    parameters=Parameters, build=build, timestep=8e-4, path=lambda p: {"bend": (0.0, p.bend)}, sliders=("flexure",),
     plots=(PlotRecipe("stage", ("P_x", "P_z")),),
     outside=(
         # four springs turn by the same angle: torque 4 k t; force on the stage = torque / (gamma length cos t)

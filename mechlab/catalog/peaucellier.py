@@ -33,7 +33,7 @@ ENTRY = planar_entry(
     "peaucellier", "Peaucellier-Lipkin linkage", "straight-line",
     summary="Eight bars that invert a circle through the pivot: P goes exactly straight.",
     use="The first exact straight line without slides; ventilated the Houses of Parliament.",
-    origin="Charles-Nicolas Peaucellier, 1864; Lippman Lipkin, 1871", parameters=Parameters, linkage=linkage,
+    origin="Charles-Nicolas Peaucellier, 1864; Lippman Lipkin, 1871", parameters=Parameters, linkage=linkage, released=0.1,
     width=lambda p: 0.05 * p.arm, path=lambda p: {"crank_angle": (-p.swing, p.swing)}, links=("arm_up", "arm_down"), points=("A", "P"),
     sliders=("arm", "side"), plots=(PlotRecipe("point P", ("P_x", "P_z")),),
     outside=(

@@ -40,7 +40,7 @@ ENTRY = planar_entry(
     "plagiograph", "Sylvester's plagiograph", "pantograph",
     summary="A parallelogram with skew arms: one point copies another, enlarged and turned.",
     use="Copies drawings at another size and angle; a building block of robot legs.", origin="James Joseph Sylvester, 1875",
-    parameters=Parameters, linkage=linkage, path=lambda p: {"left_angle": (1.9, 2.5), "right_angle": (0.6, 0.9)},
+    parameters=Parameters, linkage=linkage, released=0.25, path=lambda p: {"left_angle": (1.9, 2.5), "right_angle": (0.6, 0.9)},
     width=lambda p: 0.06 * p.first, links=("ab", "cb"), points=("P", "R"), sliders=("first", "second"),
     plots=(PlotRecipe("original and copy", ("P_x", "P_z", "R_x", "R_z")),),
     outside=(

@@ -46,7 +46,7 @@ def dead(p: Parameters, reach: float, turn: float) -> float:
 
 ENTRY = planar_entry(
     "pump_jack", "Pump jack", "engine", summary="A crank rocks a beam whose curved head pulls the rod of a well straight up and down.",
-    use="Pumping of oil wells too weak to flow.", origin="Walter Trout, 1925", parameters=Parameters, linkage=linkage,
+    use="Pumping of oil wells too weak to flow.", origin="Walter Trout, 1925", parameters=Parameters, linkage=linkage, timestep=2e-3,
     path=lambda p: {"crank_angle": (dead(p, p.pitman + p.crank, 0.0), dead(p, p.pitman - p.crank, math.pi))},
     width=lambda p: 0.1 * p.crank, links=("beam",), points=("H",), sliders=("crank", "head"), plots=(PlotRecipe("head", ("H_z",)),),
     outside=(Outside("stroke of the rod, head times swing of the beam, from dead centre to dead centre", "m", lambda p: p.head * swing(p),

@@ -36,7 +36,8 @@ ENTRY = planar_entry(
     "roberts", "Roberts' linkage", "straight-line",
     summary="Four-bar whose coupler apex goes from pivot to pivot, nearly along the line between them.",
     use="A straight guide with a stroke as long as its base.", origin="Richard Roberts, before 1841", parameters=Parameters,
-    linkage=linkage, path=ends, width=lambda p: 0.06 * p.ground, links=("coupler", "right"), points=("P",), sliders=("ground", "crank"),
+    linkage=linkage, path=ends, timestep=7e-5,
+    width=lambda p: 0.06 * p.ground, links=("coupler", "right"), points=("P",), sliders=("ground", "crank"),
     plots=(PlotRecipe("apex of the coupler", ("P_x", "P_z")),),
     outside=(
         Outside("stroke of P between the ends", "m", lambda p: p.ground, lambda p, m: float(m["P_x"][0] - m["P_x"][-1]), 1e-9,

@@ -40,7 +40,7 @@ ENTRY = builder_entry(
     "sarrus", "Sarrus linkage", "straight-line",
     summary="Two chains of hinges at right angles: the platform goes exactly straight, without a slide.",
     use="Lifting tables, suspensions, pop-up structures; the first exact straight line.", origin="Pierre-Frederic Sarrus, 1853",
-    parameters=Parameters, build=build, path=lambda p: {"lift": (p.low, p.high)}, sliders=("plate",),
+    parameters=Parameters, build=build, released=0.25, path=lambda p: {"lift": (p.low, p.high)}, sliders=("plate",),
     plots=(PlotRecipe("platform", ("P_z",)),),
     outside=(
         Outside("height, raised", "m", lambda p: 2 * p.plate * math.sin(p.high), lambda p, m: float(m["P_z"][-1]), 1e-9,

@@ -40,7 +40,8 @@ def top(p: Parameters) -> str:
 ENTRY = planar_entry(
     "scissor_lift", "Scissor lift", "lift", summary="Crossed bars in n stages: a long straight lift from a short base.",
     use="Lifting tables and platforms, extending mirrors, lazy tongs.",
-    origin="lazy tongs, 18th century; lift table by Larry Murphy, 1963", parameters=Parameters, linkage=linkage,
+    origin="lazy tongs, 18th century; lift table by Larry Murphy, 1963", parameters=Parameters,
+    linkage=linkage, timestep=4e-4, released=0.2,
     path=lambda p: {"bar_angle": (p.low, p.high)}, width=lambda p: 0.05 * p.bar, slides=("foot",), links=("back_1",),
     points=("right_1", "left_1"), sliders=("bar", "low"), plots=(PlotRecipe("foot", ("foot_slide",)),),
     outside=(

@@ -46,7 +46,8 @@ def length(p: Parameters, k: int) -> float:
 END, LEGS = (0.06, -0.03, 0.05), ("length_1", "length_2", "length_3")
 ENTRY = builder_entry(
     "upu3", "3-UPU robot", "parallel-robot", summary="Three telescopic legs with parallel pins: the platform translates and never turns.",
-    use="Positioners; a textbook case of a constraint singularity.", origin="Lung-Wen Tsai, 1996", parameters=Parameters, build=build,
+    use="Positioners; a textbook case of a constraint singularity.", origin="Lung-Wen Tsai, 1996", parameters=Parameters,
+    build=build, timestep=8e-4,
     path=lambda p: {f"platform_{n}": (0.0, x) for n, x in zip("xyz", END, strict=True)}, drives=LEGS, sliders=("height", "platform"),
     plots=(PlotRecipe("legs", LEGS),),
     outside=(

@@ -91,7 +91,7 @@ class Crank:
     # -- scenes --------------------------------------------------------------------------------------------------------
 
     def scenes(self, speed: str, torque: str, stiffness: float, damping: float) -> dict[str, SceneRecipe]:
-        """Three scenes of 2 s: the crank driven by a servo, released at speed, and started by a constant torque.
+        """Three scenes: the crank driven by a servo for 2 s, released at speed, and started by a constant torque, for 1 s.
 
         speed, torque: names of the parameters for the rate [rad/s] and the torque [N m]; stiffness [N m/rad] and
         damping [N m s/rad] of the servo.
@@ -101,10 +101,10 @@ class Crank:
         def recipe(name: str, text: str, laws: Callable[[Any], tuple[Law, ...]]) -> SceneRecipe:
             def make(p: Any, fidelity: str) -> Scene:
                 rate = 0.0 if name == "constant-torque" else getattr(p, speed)
-                # under a constant torque the crank gets fast: 200 rad/s after 2 s
-                settings = Settings(timestep=2.5e-4) if name == "constant-torque" else Settings()
+                # under a constant torque the crank gets fast: 100 rad/s after 1 s
+                time, settings = (1.0, Settings(timestep=2.5e-4)) if name == "constant-torque" else (2.0, Settings())
                 drives = "hold" if laws(p) else "free"
-                return Scene(name, fidelity, 2.0, laws(p), {on: self.start(p)}, {on: rate}, tolerance=1e-4, settings=settings,
+                return Scene(name, fidelity, time, laws(p), {on: self.start(p)}, {on: rate}, tolerance=1e-4, settings=settings,
                              drives=drives)  # fmt: skip
 
             return SceneRecipe(make, "minimal", text)

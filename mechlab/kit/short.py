@@ -204,6 +204,7 @@ def builder_entry(
     drives: tuple[str, ...] = (),
     through: Callable[[Any], Sequence[float]] = lambda p: (),
     duration: float = 1.0,
+    timestep: float = DRIVEN.timestep,
     released: float = 0.0,
     plots: Sequence[PlotRecipe] = (),
     sliders: tuple[str, ...] = (),
@@ -214,9 +215,9 @@ def builder_entry(
     """An Entry of a mechanism that a Builder makes: spatial loops, trains, parallel robots.
 
     build(p) -> Mechanism. path(p): joint or shaft -> first and last value; it is led along the path within `duration` [s] in the scene
-    driven, by itself or by the given drives (the legs of a platform, whose coordinates the path has). released: duration of the scene
-    free-run [s], by default the same. closed(p, given): joints, shafts and points (n,) in closed form from those of the path (n,), where a
-    closed form exists; rates that it does not give follow by differences.
+    driven, by itself or by the given drives (the legs of a platform, whose coordinates the path has). timestep: of that scene [s];
+    released: duration of the scene free-run [s], by default the same. closed(p, given): joints, shafts and points (n,) in closed form from
+    those of the path (n,), where a closed form exists; rates that it does not give follow by differences.
     through(p): shares of the path, from 0 to 1, that are places too, beside PLACES even ones: where a number from outside is read off.
     """
 
@@ -227,7 +228,7 @@ def builder_entry(
     def by_hand(p: Any) -> ClosedMotion | None:
         return None if closed is None else ClosedMotion.along(path(p), partial(closed, p), short.places(p))
 
-    short = _Short(name, made, "full", path, by_hand, duration, drives, through, released or duration)
+    short = _Short(name, made, "full", path, by_hand, duration, drives, through, released or duration, timestep)
     return Entry(
         name=name, title=title, summary=summary, parameters=parameters, build=made, fidelities={"full": "every part a body"},
         default_fidelity="full", scenes=short.scenes(), default_scene="driven", sliders=sliders, plots=tuple(plots),
@@ -281,6 +282,7 @@ class _Short:
     drives: tuple[str, ...] = ()
     through: Callable[[Any], Sequence[float]] = lambda p: ()
     released: float = 1.0
+    timestep: float = DRIVEN.timestep
 
     def places(self, p: Any) -> Array:
         """(n,) shares of the path: PLACES even ones, and those that it must pass through."""
@@ -309,7 +311,8 @@ class _Short:
                 t, moves = self.duration, self._moves(p)
                 start, speed = ({n: float(m.at(0.0)[k]) for n, m in moves.items()} for k in (0, 1))
                 law = ComputedTorque(self.drives or tuple(moves), tuple(moves.items()), (GAINS,) * len(moves))
-                laws, least, how, drives = ((law,), 1e-5, DRIVEN, "hold") if name == "driven" else ((), 1e-4, FREE, "free")
+                driven = replace(DRIVEN, timestep=self.timestep)
+                laws, least, how, drives = ((law,), 1e-5, driven, "hold") if name == "driven" else ((), 1e-4, FREE, "free")
                 tolerance = least * scale(self.build(p, fidelity))
                 whole = t if laws else self.released
                 return Scene(name, fidelity, whole, laws, start, speed, tolerance=tolerance, settings=how, drives=drives)

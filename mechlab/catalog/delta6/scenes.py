@@ -19,7 +19,7 @@ from mechlab.experiment.entry import SceneRecipe
 from mechlab.experiment.laws import ComputedTorque, Servo
 from mechlab.experiment.motion import Hold, PrescribedMotion, Sine, Spline
 from mechlab.experiment.recording import Recording
-from mechlab.experiment.scene import Scene
+from mechlab.experiment.scene import Scene, Settings
 from mechlab.kit.checks import closed_form_recording
 from mechlab.mechanism.geometry import Array
 from mechlab.mechanism.statics import holding_forces
@@ -87,6 +87,7 @@ def head_tracking(p: Delta6Parameters, fidelity: str) -> Scene:
         "head-tracking", fidelity, 3.0, (ComputedTorque(DRIVES, targets, gains),),
         initial=dict.fromkeys(CENTRE, 0.0) | initial, initial_rates=dict.fromkeys(CENTRE, 0.0) | rates,
         channels=tuple(CHANNELS), needs=("poses", "drive_forces"), tolerance=1e-5,
+        settings=Settings() if fidelity == "minimal" else Settings(timestep=6e-4),
         text="the source's head targets, initial errors and gains under computed torque; the head centre is held",
     )  # fmt: skip
 

@@ -19,8 +19,8 @@ from mechlab.experiment.scene import Scene, Settings, preset
 from mechlab.integrate import integrate_hybrid
 from mechlab.mechanism.geometry import Array
 
-SMOOTH_STEP = 2.5e-4
-"""Timestep [s] without dry friction: 1e-3 leaves 4e-5 rad in figure 7."""
+SMOOTH_STEPS = {"minimal": 2.5e-4, "full": 1e-4}
+"""Timestep [s] without dry friction: 1e-3 leaves 4e-5 rad in figure 7, and 2.5e-4 leaves 9e-5 rad with rows for the gears."""
 HYBRID = Settings(engine="hybrid", integrator="DOP853", tolerance=1e-11, preset="hybrid")
 
 
@@ -33,11 +33,12 @@ def laws(p: Parameters) -> tuple[Law, ...]:
     return (motor, Constant("beta", -p.M0)) if p.M0 else (motor,)
 
 
-def settings(p: Parameters) -> Settings:
+def settings(p: Parameters, fidelity: str = "minimal") -> Settings:
     """The engine `hybrid` for dry friction; else RK4 with a step that resolves the motor (unstable above 2.8 tau)."""
     if p.M1 > 0:
         return HYBRID
-    return preset("accurate", timestep=SMOOTH_STEP if p.static_motor else min(SMOOTH_STEP, p.tau))
+    step = SMOOTH_STEPS[fidelity]
+    return preset("accurate", timestep=step if p.static_motor else min(step, p.tau))
 
 
 def _recipe(duration: float, text: str, **overrides: Any) -> SceneRecipe:
@@ -45,7 +46,7 @@ def _recipe(duration: float, text: str, **overrides: Any) -> SceneRecipe:
         return Scene(
             "", fidelity, duration, laws(p), initial={"alpha": p.alpha_0, "beta": p.beta_0},
             initial_rates={"alpha": p.alpha_rate_0, "beta": p.beta_rate_0}, channels=("motor_torque",),
-            needs=("poses", "drive_forces"), tolerance=1e-5, settings=settings(p), text=text,
+            needs=("poses", "drive_forces"), tolerance=1e-5, settings=settings(p, fidelity), text=text,
         )  # fmt: skip
 
     return SceneRecipe(make, "minimal", text, overrides)

@@ -277,7 +277,7 @@ def _stance(p: Parameters, fidelity: str) -> Scene:
 def _drop(p: Parameters, fidelity: str) -> Scene:
     return Scene(
         "stance-drop", fidelity, 0.6, standing(p, fidelity, -hip_height(p) - DROP), tolerance=5e-4,
-        settings=Settings(integrator="RK4", timestep=2.5e-4), text="the leg falls 20 mm onto the floor with the body on it",
+        settings=Settings(integrator="RK4", timestep=1.25e-4), text="the leg falls 20 mm onto the floor with the body on it",
     )  # fmt: skip
 
 
