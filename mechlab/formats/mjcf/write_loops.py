@@ -19,7 +19,8 @@ correct in positions only.
 split in equal shares, its own and one for each connector; a connector hangs on the other end by the joint and is welded to
 the body (as Simbody's MultibodyGraphMaker does). The dynamics is the same. A connector of negligible mass is no
 substitute: MuJoCo scales the softness of a row by the inverse mass of both bodies, and the weld becomes soft.
-All coordinates of a connector are 0 in the reference pose.
+All coordinates of a connector are 0 in the reference pose. A pin between masses that stand still has an end in a welded body NAME:holder
+without mass: see `holders`.
 """
 
 from __future__ import annotations

@@ -70,8 +70,8 @@ def write_tree(
             add(element, "joint", name=names.connector_joint(c.loop.name, k + 1), type=kind, axis=axis)
         _inertial(element, c.inertia, True)
         elements[names.connector_name(c.loop.name)] = element
-    for loop, (body, at) in held.items():
-        element = elements[names.holder_name(loop)] = add(elements[body], "body", name=names.holder_name(loop))
+    for loop, (carrier, at) in held.items():
+        element = elements[names.holder_name(loop)] = add(elements[carrier], "body", name=names.holder_name(loop))
         add(element, "inertial", pos=at.position, mass=0.0, diaginertia=(0.0, 0.0, 0.0))
     by_mjcf_name = {e.get("name"): e for e in elements.values()}
     for frame in m.frames:
