@@ -7,6 +7,7 @@ scene, `drive_step` of the drives that hold, in the reference pose. `command_rat
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -41,9 +42,7 @@ def fastest_rate(mechanism: Mechanism, scene: Scene) -> float:
     C, K the sums of c g g^T and k g g^T over all springs, dampers, servos and the like, g the gradient of what they stretch by.
     What their tension adds, and weight and other laws, are slow; computed torque has the rates of its gains, held rates that of
     their capture. 0 when unknown."""
-    m = mechanism
-    every: list[Joint | Shaft | Spring] = [*m.joints, *m.shafts, *m.springs]
-    acting = [x for x in every if x.stiffness or x.damping]
+    m, acting = mechanism, _acting(mechanism)
     driven = [x for law in scene.laws for x in _like_springs(m, law)]
     gained = max(
         (_fastest_root(*g) for law in scene.laws if isinstance(law, ComputedTorque) for g in law.gains), default=0.0
@@ -56,11 +55,30 @@ def fastest_rate(mechanism: Mechanism, scene: Scene) -> float:
     except MechlabError:
         return gained
     tree = TreeKinematics(m, q)
-    free = null_space(ConstraintSet(m).jacobian(tree))
-    every_row = [(_gradient(tree, x), x.stiffness, x.damping) for x in acting] + driven
-    stretch = np.array([row for row, _, _ in every_row]) @ free
-    k, c = ((stretch.T * [x[i] for x in every_row]) @ stretch for i in (1, 2))
-    return max(gained, largest_eigenvalue(free.T @ tree.mass_matrix() @ free, k, c))
+    return max(gained, _rate(tree, [(_gradient(tree, x), x.stiffness, x.damping) for x in acting] + driven))
+
+
+def own_rate(mechanism: Mechanism) -> float:
+    """`fastest_rate` of the springs and dampers of the mechanism itself in its reference pose, without laws."""
+    m, acting = mechanism, _acting(mechanism)
+    if m.nv > MOST_RATES or not acting or any(j.nv != 1 for j in m.joints):
+        return 0.0
+    tree = TreeKinematics(m)
+    return _rate(tree, [(_gradient(tree, x), x.stiffness, x.damping) for x in acting])
+
+
+def _acting(m: Mechanism) -> list[Joint | Shaft | Spring]:
+    """What has stiffness or damping of its own."""
+    every: list[Joint | Shaft | Spring] = [*m.joints, *m.shafts, *m.springs]
+    return [x for x in every if x.stiffness or x.damping]
+
+
+def _rate(tree: TreeKinematics, acting: Sequence[tuple[Array, float, float]]) -> float:
+    """`largest_eigenvalue` on the motions that the constraints allow; acting: row (nv,), stiffness and damping of each."""
+    free = null_space(ConstraintSet(tree.mechanism).jacobian(tree))
+    stretch = np.array([row for row, _, _ in acting]) @ free
+    k, c = ((stretch.T * [x[i] for x in acting]) @ stretch for i in (1, 2))
+    return largest_eigenvalue(free.T @ tree.mass_matrix() @ free, k, c)
 
 
 def _like_springs(m: Mechanism, law: Law) -> list[tuple[Array, float, float]]:
@@ -124,13 +142,11 @@ def drive_step(mechanism: Mechanism, scene: Scene) -> float:
     servos = [law for law in held_drives(scene.laws) if isinstance(law, Servo)]
     if not servos:
         return math.inf
-    tree = TreeKinematics(mechanism)
-    basis = null_space(ConstraintSet(mechanism).jacobian(tree))
-    rows = np.array([mechanism.row(law.on) for law in servos]) @ basis
-    k, c = (rows.T * [getattr(law, what) for law in servos] @ rows for what in ("stiffness", "damping"))
-    fastest = largest_eigenvalue(basis.T @ tree.mass_matrix() @ basis, k, c)
-    if not fastest:
-        return math.inf
-    step = RESOLVED / fastest
+    fastest = _rate(TreeKinematics(mechanism), [(mechanism.row(x.on), x.stiffness, x.damping) for x in servos])
+    return rounded_down(RESOLVED / fastest) if fastest else math.inf
+
+
+def rounded_down(step: float) -> float:
+    """A timestep to 1, 2 or 5 of a decimal place."""
     power = 10.0 ** math.floor(math.log10(step))
     return max(m for m in (1.0, 2.0, 5.0) if m * power <= step * (1.0 + 1e-9)) * power

@@ -11,7 +11,7 @@ from mechlab.experiment.acting import is_rough
 from mechlab.experiment.laws import DcMotor, Law
 from mechlab.experiment.recording import Finding, Recording
 from mechlab.experiment.scene import PRESETS, Scene, Settings
-from mechlab.lab.fastest_rate import drive_step
+from mechlab.lab.fastest_rate import drive_step, own_rate, rounded_down
 from mechlab.mechanism import Mechanism
 
 FRICTION_STEP = 1e-4
@@ -20,13 +20,16 @@ FASTEST = 2e-5
 """Time constants of motors below this [s] are not resolved by any default step."""
 ADAPTIVE = ("DOP853", "Radau")
 FINEST = 1e-4
-"""Timestep [s] below which drives that hold are not resolved by RK4 but taken implicitly."""
+"""Timestep [s] below which drives that hold, springs and dampers are not resolved by RK4 but taken implicitly."""
+STABLE = 2.5
+"""Timestep times the fastest rate of springs and dampers up to which RK4, whose limit is 2.78, is left as it is; beyond, 1 is taken."""
 
 
 def settings_for(settings: Settings, mechanism: Mechanism, scene: Scene) -> Settings:
     """The settings of a scene for MuJoCo, where the user chose none. Dry friction, or a motor whose time constant is
     below the timestep: `stiff`, with a step that resolves it. Drives that hold: a step that resolves them, or `stiff`,
-    which is implicit in them, where that step would be below FINEST. Everything else: unchanged."""
+    which is implicit in them, where that step would be below FINEST. Springs and dampers of the mechanism with which RK4 would blow up:
+    the same. Everything else: unchanged."""
     if settings.engine != "mujoco":
         base, wanted = PRESETS["accurate"], PRESETS["stiff"]
     elif settings.preset == "accurate":
@@ -38,7 +41,9 @@ def settings_for(settings: Settings, mechanism: Mechanism, scene: Scene) -> Sett
         return replace(wanted, timestep=min(base.timestep, FRICTION_STEP, resolving))
     if resolving < base.timestep:
         return replace(wanted, timestep=min(PRESETS["stiff"].timestep, resolving))
-    step = drive_step(mechanism, scene)
+    step, fastest = drive_step(mechanism, scene), own_rate(mechanism)
+    if base.integrator == "RK4" and fastest * min(step, base.timestep) > STABLE:
+        step = min(step, rounded_down(1.0 / fastest))
     if step < FINEST:
         return replace(wanted, timestep=min(base.timestep, PRESETS["stiff"].timestep))
     return replace(base, timestep=step) if step < base.timestep else base

@@ -44,6 +44,19 @@ def test_a_quick_motor_gets_stiff_with_a_step_that_resolves_it() -> None:
     assert settings_for(Settings(), wheel(), scene(motor(0.0))) == Settings()
 
 
+@pytest.mark.parametrize(("damping", "step", "integrator"), [(2e3, 1e-3, "RK4"), (4e3, 2e-4, "RK4"), (1e5, 2.5e-4, "discrete")])
+def test_a_damper_with_which_the_default_step_blows_up_is_resolved_or_taken_implicitly(damping, step, integrator) -> None:
+    b = Builder("damped", gravity=(0.0, 0.0, 0.0))
+    b.body("wheel", revolute("turn", damping=damping), inertia=Inertia.axial(1.0, 1.0, 0.5))
+    m, free = b.build(), Scene("free", "full", 0.1, (), initial_rates={"turn": 1.0})
+    chosen = settings_for(Settings(), m, free)
+    assert (chosen.timestep, chosen.integrator) == (step, integrator)
+    # rate exp(-c t / J), J = 1 kg m2: it comes to rest after a turn of 1 / c. A step of RK4 turns by what is lost in rate, over c, and
+    # `discrete` by its implicit rate: the first is within 1e-12, the second within a step at the first rate
+    turn = run_mujoco(m, free, chosen).channel("turn")[-1]
+    assert abs(turn - 1.0 / damping) < (1e-12 if integrator == "RK4" else 0.1 / damping)
+
+
 @pytest.mark.parametrize("preset", ["draft", "defaults"])
 def test_a_scene_that_wants_a_quick_look_keeps_it(preset) -> None:
     assert settings_for(PRESETS[preset], wheel(0.1), scene()) == PRESETS[preset]
