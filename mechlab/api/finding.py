@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 import sys
-import tempfile
 import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import is_dataclass
@@ -209,6 +208,8 @@ def open_source(source: Source | UserFile, **parameters: Any) -> Design:
     suffix = f":{source.function}" if source.function else ""
     if path.is_file() and path.read_text() == source.content:
         return load_design(f"{path}{suffix}", parameters)
+    import tempfile
+
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / path.name
         copy.write_text(source.content)

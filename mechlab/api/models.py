@@ -9,12 +9,9 @@ from typing import TYPE_CHECKING
 
 from mechlab.api.arguments import File, Progress, Stages, Values, key_values, silent
 from mechlab.api.finding import Source, find_all, load_design
-from mechlab.api.runs import simulate
 from mechlab.api.suggestions import suggesting
-from mechlab.api.viewing import story, view
 from mechlab.catalog.table import TABLE, Motion
 from mechlab.errors import explained
-from mechlab.files import whole_folder, write
 from mechlab.studies.direct import NAMES as DIRECT_QUESTIONS
 from mechlab.values import Value
 
@@ -113,6 +110,7 @@ def generate(
         also=A,...: more files for other tools: ros2 (a package), sdf (loops included), extended-urdf (loops in a YAML file), stl, 3mf
             (parts, in mm), usd
     """
+    from mechlab.files import whole_folder
     from mechlab.formats.exports import EXPORTS, chosen
     from mechlab.lab.generate import write_verified
     from mechlab.lab.results import FilesResult
@@ -143,6 +141,7 @@ def generate_catalog(out: File = "models", names: Sequence[str] = (), *, picture
     picture in `out`.
     """
     from mechlab import catalog
+    from mechlab.files import whole_folder, write
     from mechlab.lab.generate import write_verified
     from mechlab.lab.results import FilesResult
     from mechlab.studies.check.check import run_checks
@@ -165,6 +164,8 @@ def generate_catalog(out: File = "models", names: Sequence[str] = (), *, picture
             sheet = model_sheet(d, run_checks([d]), run_claims([d.entry]), drawn, "picture.png", "motion.svg")
             write(stage / "README.md", sheet)
             if pictures:
+                from mechlab.api.runs import simulate
+                from mechlab.api.viewing import story, view
                 from mechlab.viewer.film import write_motion_svg
 
                 view(name, png=stage / "picture.png")
@@ -199,6 +200,7 @@ def _remove_unnamed_meshes(folder: Path) -> None:
 def _gallery_picture(folder: Path) -> Path:
     """gallery.png: the pictures of all mechanisms that have a folder there, in the order of the catalog."""
     from mechlab import catalog
+    from mechlab.files import write
     from mechlab.viewer.gallery import contact_sheet
 
     kept = [(catalog.entry(n).title, folder / n / "picture.png") for n in catalog.NAMES]
