@@ -25,6 +25,8 @@ from mechlab.mechanism.structure import null_space
 RESOLVED = 0.5
 """Timestep times the fastest eigenvalue of the drives that hold, at most: RK4 is unstable above 2.78, and leaves an error of
 a hundredth of a transient at 1."""
+STABLE = 2.5
+"""Timestep times the fastest eigenvalue of springs and dampers of the mechanism up to which the timestep is left; beyond, 1 is taken."""
 MOST_RATES = 24
 """Mechanisms with more rates are not linearized, which would cost more than it saves."""
 
@@ -56,15 +58,6 @@ def fastest_rate(mechanism: Mechanism, scene: Scene) -> float:
         return gained
     tree = TreeKinematics(m, q)
     return max(gained, _rate(tree, [(_gradient(tree, x), x.stiffness, x.damping) for x in acting] + driven))
-
-
-def own_rate(mechanism: Mechanism) -> float:
-    """`fastest_rate` of the springs and dampers of the mechanism itself in its reference pose, without laws."""
-    m, acting = mechanism, _acting(mechanism)
-    if m.nv > MOST_RATES or not acting or any(j.nv != 1 for j in m.joints):
-        return 0.0
-    tree = TreeKinematics(m)
-    return _rate(tree, [(_gradient(tree, x), x.stiffness, x.damping) for x in acting])
 
 
 def _acting(m: Mechanism) -> list[Joint | Shaft | Spring]:
@@ -143,10 +136,21 @@ def drive_step(mechanism: Mechanism, scene: Scene) -> float:
     if not servos:
         return math.inf
     fastest = _rate(TreeKinematics(mechanism), [(mechanism.row(x.on), x.stiffness, x.damping) for x in servos])
-    return rounded_down(RESOLVED / fastest) if fastest else math.inf
+    return _rounded_down(RESOLVED / fastest) if fastest else math.inf
 
 
-def rounded_down(step: float) -> float:
+def rk4_step(mechanism: Mechanism, scene: Scene, timestep: float) -> float:
+    """The timestep [s] for RK4, or a smaller one: `drive_step`, and where springs and dampers of the mechanism, in its reference pose, are
+    faster than STABLE, one that resolves them."""
+    m, acting, step = mechanism, _acting(mechanism), min(timestep, drive_step(mechanism, scene))
+    if m.nv > MOST_RATES or not acting or any(j.nv != 1 for j in m.joints):
+        return step
+    tree = TreeKinematics(m)
+    fastest = _rate(tree, [(_gradient(tree, x), x.stiffness, x.damping) for x in acting])
+    return min(step, _rounded_down(1.0 / fastest)) if fastest * step > STABLE else step
+
+
+def _rounded_down(step: float) -> float:
     """A timestep to 1, 2 or 5 of a decimal place."""
     power = 10.0 ** math.floor(math.log10(step))
     return max(m for m in (1.0, 2.0, 5.0) if m * power <= step * (1.0 + 1e-9)) * power

@@ -11,7 +11,7 @@ from mechlab.experiment.acting import is_rough
 from mechlab.experiment.laws import DcMotor, Law
 from mechlab.experiment.recording import Finding, Recording
 from mechlab.experiment.scene import PRESETS, Scene, Settings
-from mechlab.lab.fastest_rate import drive_step, own_rate, rounded_down
+from mechlab.lab.fastest_rate import drive_step, rk4_step
 from mechlab.mechanism import Mechanism
 
 FRICTION_STEP = 1e-4
@@ -21,8 +21,6 @@ FASTEST = 2e-5
 ADAPTIVE = ("DOP853", "Radau")
 FINEST = 1e-4
 """Timestep [s] below which drives that hold, springs and dampers are not resolved by RK4 but taken implicitly."""
-STABLE = 2.5
-"""Timestep times the fastest rate of springs and dampers up to which RK4, whose limit is 2.78, is left as it is; beyond, 1 is taken."""
 
 
 def settings_for(settings: Settings, mechanism: Mechanism, scene: Scene) -> Settings:
@@ -41,12 +39,11 @@ def settings_for(settings: Settings, mechanism: Mechanism, scene: Scene) -> Sett
         return replace(wanted, timestep=min(base.timestep, FRICTION_STEP, resolving))
     if resolving < base.timestep:
         return replace(wanted, timestep=min(PRESETS["stiff"].timestep, resolving))
-    step, fastest = drive_step(mechanism, scene), own_rate(mechanism)
-    if base.integrator == "RK4" and fastest * min(step, base.timestep) > STABLE:
-        step = min(step, rounded_down(1.0 / fastest))
-    if step < FINEST:
+    rk4 = base.integrator == "RK4"
+    step = rk4_step(mechanism, scene, base.timestep) if rk4 else min(base.timestep, drive_step(mechanism, scene))
+    if step < min(FINEST, base.timestep):
         return replace(wanted, timestep=min(base.timestep, PRESETS["stiff"].timestep))
-    return replace(base, timestep=step) if step < base.timestep else base
+    return replace(base, timestep=step)
 
 
 def other_softness(mechanism: Mechanism, settings: Settings) -> Settings | None:

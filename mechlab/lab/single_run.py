@@ -19,7 +19,7 @@ from mechlab.experiment.parameters import describe
 from mechlab.experiment.recording import Health, Recording
 from mechlab.experiment.scene import PRESETS, Scene, Settings, sample_grid
 from mechlab.lab.design import Design
-from mechlab.lab.fastest_rate import drive_step
+from mechlab.lab.fastest_rate import rk4_step
 from mechlab.lab.own_mechanism import AS_IS
 from mechlab.lab.problem_settings import FASTEST, motor_findings, settings_for, with_static_motors
 from mechlab.mechanism.geometry import Array
@@ -90,8 +90,8 @@ def chosen_settings(
         tolerance = min(chosen.tolerance, 1e-10)
         chosen = Settings("hybrid", "DOP853", chosen.timestep, tolerance=tolerance, preset="hybrid")
     elif wanted != chosen.engine:
-        step = max(FASTEST, drive_step(design.mechanism(scene.fidelity), scene))
-        chosen = replace(chosen, engine=wanted, integrator="RK4", timestep=min(chosen.timestep, step))
+        step = max(min(FASTEST, chosen.timestep), rk4_step(design.mechanism(scene.fidelity), scene, chosen.timestep))
+        chosen = replace(chosen, engine=wanted, integrator="RK4", timestep=step)
     return chosen if timestep is None else replace(chosen, timestep=timestep)
 
 

@@ -139,6 +139,10 @@ class Parameters:
                   (WIDTH + GAP) * self.module, 1.0, GREEN, self.J_H2, self.m5, self.J5),
         )  # fmt: skip
 
+    def bodies(self, fidelity: str) -> int:
+        """How many planets of a stage are bodies of their own."""
+        return {"minimal": 0, "parts": 1, "full": self.planets}[fidelity]
+
     @property
     def inertias(self) -> closed.Inertias:
         """The inertias for the closed forms."""
@@ -232,7 +236,7 @@ def build(p: Parameters, fidelity: str) -> Mechanism:
     if fidelity == "minimal":
         _minimal(b, p)
     elif fidelity in ("parts", "full"):
-        _gears(b, p, 1 if fidelity == "parts" else p.planets)
+        _gears(b, p, p.bodies(fidelity))
     else:
         raise unknown("closed_differential: fidelity", fidelity, ("minimal", "parts", "full"))
     return b.drive("H1").build()

@@ -91,10 +91,10 @@ LAG_LIMIT = 1e-3
 
 def predicted_lag(p: Parameters, fidelity: str, settings: Settings | None = None) -> dict[str, float]:
     """Relation -> predicted |residual| [rad of the wheel it turns] under M_H1 and M_H2 with rows as soft as `settings`
-    (default: the preset `accurate`) make them."""
+    (default: the preset `accurate`) make them, in the fidelity "parts" or "full"."""
     chosen = settings or PRESETS["accurate"]
     solref, solimp = chosen.solref or (0.02, 1.0), chosen.solimp or (0.9, 0.95, 0.001, 0.5, 2.0)
-    count = {"parts": 1, "full": p.planets}[fidelity]
+    count = p.bodies(fidelity)
     masses, force = [p.J14, p.J36], [0.0, 0.0]  # of absolute speeds: the blocks, then each carrier and its planets
     meshes: dict[str, dict[int, float]] = {}
     for s, moment in zip(p.stages, (p.M_H1, -p.M_H2), strict=True):
@@ -140,7 +140,7 @@ def state(p: Parameters, fidelity: str) -> State | None:
     """The state in particles in which every member has turned by TURN x its speed; None for `minimal` where both
     carriers turn as one. A carrier's mass lies at the radius of its planet axes, a block's at that of H1. Planets that
     are not bodies belong to the carrier; in `parts` one planet a stage has the spin inertia of all."""
-    rays = {"minimal": 0, "parts": 1, "full": p.planets}[fidelity]
+    rays = p.bodies(fidelity)
     if not (p.train.regular or rays):
         return None
     named = ("w_H1", "w_H2") if p.train.regular else ("w1", "w3")

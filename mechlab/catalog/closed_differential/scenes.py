@@ -161,8 +161,8 @@ def _scene(name: str, p: Parameters, fidelity: str) -> Scene:
     case = CASES[name]
     laws = case.laws(p)
     dry = case.laws is not _locked and isinstance(laws[0], HeldRates) and laws[0].time == DRY_STEP
-    # the capture of held rates is of first order in its time: it leaves up to 4e-4 rad of some 200
     slips = fidelity != "minimal" and name in SLIPPING
+    # the capture of held rates is of first order in its time: it leaves up to 4e-4 rad of some 200
     tolerance = 1e-3 if dry or slips else 1e-4 if isinstance(laws[0], HeldRates) else 1e-5
     return Scene(
         name, fidelity, case.duration, laws, initial_rates={"H1": p.w_H1_0, "H2": p.w_H2_0}, channels=CHANNELS_SHOWN,

@@ -33,7 +33,7 @@ def laws(p: Parameters) -> tuple[Law, ...]:
     return (motor, Constant("beta", -p.M0)) if p.M0 else (motor,)
 
 
-def settings(p: Parameters, fidelity: str = "minimal") -> Settings:
+def settings(p: Parameters, fidelity: str) -> Settings:
     """The engine `hybrid` for dry friction; else RK4 with a step that resolves the motor (unstable above 2.8 tau)."""
     if p.M1 > 0:
         return HYBRID

@@ -115,7 +115,7 @@ def to_mjcf(
     add(add(root, "custom"), "text", name="written_by", data="mechlab")
     _defaults(root, contacts)
     meshes = _assets(root, files)
-    held = loops.holders(tree, plan, size)
+    held = loops.holders(tree, size)
     write_tree(root, m, s, plan, held, loops.loop_ends(m, plan, size, held), meshes, files, size, not bare)
     drives.write_tendons(root, m, s, size)
     loops.write_equalities(root, m, plan, s)

@@ -176,7 +176,7 @@ STILL = 1e-3
 """A centre of mass is taken to stand still where all joints move it by less than this, relative to the size of the mechanism."""
 
 
-def holders(tree: TreeKinematics, plan: tuple[ConnectorBody, ...], size: float) -> dict[str, tuple[str, Placement]]:
+def holders(tree: TreeKinematics, size: float) -> dict[str, tuple[str, Placement]]:
     """Loop -> the body, and where in it [m], of the pins that join bodies whose centres of mass no joint moves in the reference pose, as
     the cross of a cardan joint.
 
@@ -186,10 +186,8 @@ def holders(tree: TreeKinematics, plan: tuple[ConnectorBody, ...], size: float) 
     to lie along an axis of the world: the row along it is then as good as 0.
     """
     along, out = Placement((0.0, 0.0, size)), dict[str, tuple[str, Placement]]()
-    cut = {c.loop.name for c in plan}
     for loop in tree.mechanism.loops:
-        pinned = loop.kind in ("spherical", "revolute") and loop.name not in cut
-        if pinned and all(_still(tree, x, size) for x in (loop.body_a, loop.body_b)):
+        if loop.kind in ("spherical", "revolute") and all(_still(tree, x, size) for x in (loop.body_a, loop.body_b)):
             body, at = (loop.body_b, loop.placement_b) if loop.body_a == GROUND else (loop.body_a, loop.placement_a)
             out[loop.name] = body, at @ along
     return out

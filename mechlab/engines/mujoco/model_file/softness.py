@@ -71,9 +71,9 @@ def softness(model: mujoco.MjModel, harmless: bool = False) -> Iterator[Symptom]
     if still and not model.opt.enableflags & mujoco.mjtEnableBit.mjENBL_DIAGEXACT:
         text = (
             f"{_say(model, still)} {'joins' if len(still) == 1 else 'join'} bodies whose centres of mass no force moves in the reference "
-            "pose. MuJoCo scales the softness of such a row by that, to 0: stiffer than numbers can be, and a run breaks. With the flag it "
-            "still does where the axis of the pin lies along an axis of the world; with one of its sites in a welded body without mass, "
-            "whose centre of mass is off the pin, it does not."
+            "pose. MuJoCo scales the softness of such a row by that, to 0: stiffer than numbers can be, and a run breaks. The flag "
+            "diagexact cures it but where the axis of the pin comes to lie along an axis of the world; one of the pin's sites in a welded "
+            "body without mass, whose centre of mass is off the pin, cures it everywhere."
         )
         yield Symptom("still_masses", "error", text, '<option><flag diagexact="enable"/></option>', number=len(still))
     off = [equality_name(model, k) for k in range(model.neq) if k not in active(model)]
