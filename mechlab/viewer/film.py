@@ -219,8 +219,9 @@ def _paths(axes: Any, traces: dict[str, Array]) -> None:
     axes.set_title("paths of points", fontsize=10.5, loc="left")
     axes.set_xlabel(f"{'xyz'[across]} [m]")
     axes.set_ylabel(f"{'xyz'[up]} [m]")
-    if float(extent[up]) < 0.35 * float(extent[across]):  # a flat box would leave no room for the curve
-        middle, half = sum(axes.get_ylim()) / 2.0, 0.175 * float(extent[across])
+    low, high = axes.get_ylim()
+    if high - low < 0.35 * float(extent[across]):  # a flat box would leave no room for the curve
+        middle, half = 0.5 * (low + high), 0.175 * float(extent[across])
         axes.set_ylim(middle - half, middle + half)
     axes.legend(
         fontsize=9,

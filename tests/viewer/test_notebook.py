@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import mechlab as ml
 from mechlab.errors import MechlabError
@@ -19,7 +20,7 @@ from mechlab.experiment.recording import Recording
 from mechlab.mechanism import Mechanism
 from mechlab.tables import MOST_ROWS, html_table
 from mechlab.viewer import Story, story_to_html
-from mechlab.viewer.film import motion_svg
+from mechlab.viewer.film import _paths, motion_svg
 from mechlab.viewer.gallery import Exhibit, contact_sheet, sheet_page
 from mechlab.viewer.html_page import framed
 
@@ -149,6 +150,14 @@ def test_plots_of_a_run_as_a_picture(story: Story) -> None:
     still = ml.story("fourbar")
     with pytest.raises(MechlabError, match="no motion to plot"):
         motion_svg(still)
+
+
+def test_flat_paths_that_lie_apart_are_all_in_the_picture() -> None:
+    along = np.linspace(0.0, 2.0, 5)
+    axes = Figure().add_subplot()
+    _paths(axes, {name: np.column_stack([along, 0.0 * along, height + 0.1 * along]) for name, height in (("low", 0.0), ("high", 1.0))})
+    low, high = axes.get_ylim()
+    assert low <= 0.0 and high >= 1.2
 
 
 def test_the_sheet_of_the_gallery_holds_the_plots(story: Story) -> None:
